@@ -1,0 +1,15 @@
+"""barchan: granular flow and bonded grains, from a laptop to a cluster."""
+
+from barchan import laws
+from barchan.domain import Box
+from barchan.errors import BarchanError
+from barchan.laws import Law, Property, law
+from barchan.materials import Material
+from barchan.simulation import Simulation
+from barchan.triggers import At, Every
+from barchan.version import VERSION
+from barchan.walls import Plane
+
+__version__ = VERSION
+
+__all__ = ["At", "BarchanError", "Box", "Every", "Law", "Material", "Plane", "Property", "Simulation", "__version__", "law", "laws"]

@@ -1,0 +1,154 @@
+"""What is simulated: box, law, materials, grains and walls, and how users put them together."""
+
+import numpy as np
+
+from barchan.domain import Box
+from barchan.errors import SceneError
+from barchan.grains import Grains, is_physical
+from barchan.laws.law import Law
+from barchan.materials import Materials
+from barchan.neighbors.contacts import Contacts
+from barchan.neighbors.rows import ContactRows
+from barchan.parallel import world
+from barchan.parallel.topology import Bricks
+
+
+class Assembly:
+    """Box, law, materials, grains and walls of one scene, on one rank; ``Simulation`` moves it."""
+
+    def __init__(self, box, law, materials, comm):
+        if not isinstance(box, Box):
+            raise SceneError(f"box = {box!r} must be a barchan.Box")
+        if not isinstance(law, Law):
+            raise SceneError(f"law = {law!r} must be a law, such as barchan.laws.hertz_mindlin or a function decorated with @barchan.law")
+        self.box, self.law, self.materials = box, law, Materials(materials)
+        self.comm = comm or world()
+        self.topology = Bricks(box, self.comm.size)
+        self.grains, self.walls, self.next_id = Grains(), [], 0
+        self.contacts = Contacts(law.history_width)
+        self._rows = ContactRows.empty(0, law.history_width)
+        self._listed = self._primed = False
+
+    def add_grains(self, position, radius, material=0, velocity=0.0, omega=0.0, frozen=False, **fields):
+        """Add grains; every rank gives the same list and keeps its own part.
+
+        Args:
+            position: (k, 3) centres [length]; folded into the box along periodic directions.
+            radius: number or (k,) [length].
+            material: name or number; sets the mass by its density, as a sphere.
+            velocity, omega: (k, 3), three numbers or one, at the half step [length/time, 1/time].
+            frozen: bool or (k,): immobile.
+            fields: values of further fields by name, such as ``mass`` or one made by ``add_field``.
+
+        Returns:
+            The ids of the new grains, (k,); never used before.
+
+        Raises:
+            SceneError: shapes do not fit, or a field does not exist.
+        """
+        position = np.atleast_2d(np.asarray(position, dtype=np.float64))
+        if position.ndim != 2 or position.shape[1] != 3:
+            raise SceneError(f"add_grains: position has shape {position.shape}; it must be (grains, 3)")
+        folded, image = self.box.wrap(position)
+        number = self.materials.index(material)
+        values = self._sphere(len(position), radius, number, fields)
+        values |= {"position": folded, "image": image, "velocity": velocity, "omega": omega, "frozen": frozen, "material": number, **fields}
+        ids = self.next_id + np.arange(len(position))
+        own = self.topology.owner(folded) == self.comm.rank if len(folded) else np.zeros(0, dtype=bool)
+        chosen = {"id": ids[own]}
+        for name, value in values.items():
+            chosen[name] = self._column(name, value, len(position))[own]
+        self.begin_change()
+        self.grains.append(chosen)
+        self._rows = ContactRows.join([self._rows, ContactRows.empty(int(own.sum()), self.law.history_width)])
+        self.next_id += len(position)
+        self._primed = False
+        return ids
+
+    def _sphere(self, count, radius, material, fields):
+        radius = self._column("radius", radius, count)
+        density = self.materials.list[material].density
+        if density is None and "mass" not in fields:
+            raise SceneError(f"add_grains: material '{self.materials.list[material].name}' has no density; give it one, or give mass")
+        mass = self._column("mass", fields["mass"], count) if "mass" in fields else 4.0 / 3.0 * np.pi * radius**3 * density
+        return {"radius": radius, "mass": mass, "inertia": 0.4 * mass * radius**2}
+
+    def _column(self, name, value, count):
+        if name not in {field.name for field in self.grains.table}:
+            raise SceneError(f"add_grains: no field '{name}'; there are: {', '.join(f.name for f in self.grains.table)}")
+        field = self.grains.field(name)
+        shape = (count, field.width) if field.width > 1 else (count,)
+        try:
+            return np.array(np.broadcast_to(np.asarray(value, dtype=field.dtype), shape))
+        except (ValueError, TypeError) as error:
+            raise SceneError(f"add_grains: {name} = {value!r} does not fit {count} grains: {error}") from None
+
+    def add_field(self, name, width=1, dtype=np.float64, default=0, dimension="1"):
+        """Give every grain a field of your own: it migrates, is saved, and can be read and written like any other."""
+        self.begin_change()
+        self.grains.add_field(name, width, dtype, default, dimension)
+
+    def add_wall(self, wall):
+        """Add a wall; returns it. It touches every grain that is not frozen."""
+        wall.material = self.materials.index(wall.material)
+        wall.key = -1 - len(self.walls)
+        wall.check(self.box, f"wall {len(self.walls)} ({wall.kind})")
+        self.begin_change()
+        self.walls.append(wall)
+        self._primed = False
+        return wall
+
+    def remove(self, ids):
+        """Take grains out of the scene for good; every rank gives the same ids."""
+        self.begin_change()
+        staying = np.flatnonzero(~np.isin(self.grains.view("id"), ids))
+        self._rows = self._rows.take(staying)
+        self.grains.keep(staying)
+        self._primed = False
+
+    def freeze(self, ids):
+        """Make grains immobile: infinitely heavy in contacts, at rest."""
+        self._set_frozen(ids, True)
+
+    def release(self, ids):
+        """Let frozen grains move again."""
+        self._set_frozen(ids, False)
+
+    def _set_frozen(self, ids, frozen):
+        self.begin_change()
+        chosen = np.isin(self.grains.view("id"), ids)
+        self.grains.view("frozen")[chosen] = frozen
+        if frozen:
+            for name in ("velocity", "omega"):
+                self.grains.view(name)[chosen] = 0.0
+        self.grains.refresh_inverse()
+        self._primed = False
+
+    def begin_change(self):
+        """Take up what users wrote into fields, and put the neighbour list away; the next run makes it anew."""
+        if self.note_edits(self.grains.take_edits()):
+            self._primed = False
+        self._take_down_list()
+
+    def note_edits(self, edited):
+        """Derive what depends on edited fields; True if forces must be computed anew.
+
+        Raises:
+            SceneError: ids were changed.
+        """
+        if "id" in edited:
+            raise SceneError("grains.id was changed; ids are given by barchan and never change")
+        if "position" in edited:
+            folded, image = self.box.wrap(self.grains.view("position"))
+            self.grains.view("position")[...] = folded
+            self.grains.view("image")[...] += image
+        if is_physical(edited):
+            self.grains.refresh_inverse()
+        return is_physical(edited)
+
+    def _take_down_list(self):
+        """Contact memory to rows of the grains; ghosts dropped."""
+        if self._listed:
+            self._rows = self.contacts.detach(self.grains)
+            self.grains.drop_ghosts()
+            self._listed = False

@@ -1,0 +1,74 @@
+"""The box: which part of space is simulated and which of its faces are periodic. Nobody else knows."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.errors import SceneError
+
+
+class Frame(NamedTuple):
+    """The box as the kernels see it, (3,) each; ``half`` is infinite where a direction is not periodic."""
+
+    low: np.ndarray
+    length: np.ndarray
+    half: np.ndarray
+
+
+class Box:
+    """An axis-aligned box.
+
+    Args:
+        low, high: corners, three numbers each [length].
+        periodic: three booleans; a grain that leaves through a periodic face enters at the opposite one, a grain that
+            leaves through any other face is lost, which is an error.
+
+    Raises:
+        SceneError: a corner is not finite, or ``high`` does not exceed ``low``.
+
+    >>> box = Box((0, 0, 0), (2, 1, 1), periodic=(True, False, False))
+    >>> box.length.tolist()
+    [2.0, 1.0, 1.0]
+    >>> box.difference(np.array([1.9, 0.5, 0.5]), np.array([0.1, 0.5, 0.5])).round(12).tolist()
+    [-0.2, 0.0, 0.0]
+    """
+
+    def __init__(self, low, high, periodic=(False, False, False)):
+        self.low = np.array(low, dtype=np.float64)
+        self.high = np.array(high, dtype=np.float64)
+        self.periodic = tuple(bool(p) for p in periodic)
+        if self.low.shape != (3,) or self.high.shape != (3,) or len(self.periodic) != 3:
+            raise SceneError(f"box: low, high and periodic take three values each; got {low!r}, {high!r}, {periodic!r}")
+        if not (np.isfinite(self.low).all() and np.isfinite(self.high).all() and (self.high > self.low).all()):
+            raise SceneError(f"box: high [length] must be finite and exceed low on every axis; got low={low!r}, high={high!r}")
+
+    @property
+    def length(self):
+        """Edge lengths, shape (3,) [length]."""
+        return self.high - self.low
+
+    @property
+    def frame(self):
+        """The box as plain numbers for kernels."""
+        half = np.where(self.periodic, 0.5 * self.length, np.inf)
+        return Frame(self.low, self.length, half)
+
+    def difference(self, a, b):
+        """Minimum image of ``a - b`` for points inside the box, shape (..., 3) [length]."""
+        d = np.asarray(a, dtype=np.float64) - b
+        length = np.where(self.periodic, self.length, 0.0)
+        half = np.where(self.periodic, 0.5 * self.length, np.inf)
+        return d - length * (d > half) + length * (d < -half)
+
+    def wrap(self, position):
+        """Positions folded into the box along periodic directions, and the images they came from."""
+        position = np.array(position, dtype=np.float64)
+        turns = np.where(self.periodic, np.floor((position - self.low) / self.length), 0.0)
+        folded = np.where(self.periodic, position - turns * self.length, position)
+        at_top = np.where(self.periodic, folded >= self.high, False)
+        return np.where(at_top, self.low, folded), (turns + at_top).astype(np.int32)
+
+    def outside(self, position):
+        """True where a point lies outside the box along a direction that is not periodic (NaN counts as outside)."""
+        inside = (position >= self.low) & (position <= self.high)
+        return ~(inside | self.periodic).all(axis=-1) | ~np.isfinite(position).all(axis=-1)

@@ -1,0 +1,181 @@
+"""Grains: one array per field; owned rows [0:n], ghost rows [n:n+g]."""
+
+import numpy as np
+
+from barchan.errors import SceneError
+from barchan.fields import PHYSICAL, TABLE, Field, block_layout
+
+
+class Grains:
+    """The grains that this rank owns, as NumPy arrays by field name: ``grains.position`` has shape (n, 3).
+
+    A field is a view into the state: what is written into it is honoured by the next ``run``. Rows are ordered in space
+    and change at every rebuild, so take a field anew after each ``run`` and use ``grains.id`` (or ``grains.row_of(id)``)
+    to tell grains apart; views from before a run are made read-only.
+
+    Raises:
+        AttributeError: no field of that name.
+    """
+
+    def __init__(self, table=TABLE):
+        self.__dict__.update(table=tuple(table), n=0, n_ghost=0, _capacity=0, _handed_out={})
+        self.__dict__["_layout"] = block_layout(self.table)
+        self.__dict__["_fields"] = {field.name: field for field in self.table}
+        self.__dict__["_blocks"] = {name: self._empty(name, 0) for name in self._layout}
+
+    def __len__(self):
+        return self.n
+
+    def __repr__(self):
+        return f"<Grains: {self.n} owned, {self.n_ghost} ghosts, fields {', '.join(self._fields)}>"
+
+    # -- fields, for users -------------------------------------------------------------------------------------------
+
+    def __getattr__(self, name):
+        if name.startswith("_") or name not in self._fields:
+            raise AttributeError(f"grains have no field '{name}'; they have: {', '.join(self.__dict__.get('_fields', ()))}")
+        if name not in self._handed_out:
+            view = self.view(name)
+            self._handed_out[name] = (view, view.copy())
+        return self._handed_out[name][0]
+
+    def __setattr__(self, name, value):
+        if name in self.__dict__:
+            self.__dict__[name] = value
+            return
+        if name not in self._fields:
+            raise SceneError(f"grains have no field '{name}'; they have: {', '.join(self._fields)}. "
+                             f"Declare a new one with Simulation.add_field('{name}')")
+        getattr(self, name)[...] = value
+
+    def row_of(self, ids):
+        """Rows of the grains with the given ids, same shape as ``ids``.
+
+        Raises:
+            SceneError: an id is not among the grains of this rank.
+        """
+        ids = np.asarray(ids)
+        own = self.view("id")
+        order = np.argsort(own)
+        place = np.minimum(np.searchsorted(own, ids, sorter=order), max(self.n - 1, 0))
+        rows = order[place] if self.n else np.zeros(ids.shape, dtype=np.int64)
+        if self.n == 0 or (own[rows] != ids).any():
+            absent = ids if self.n == 0 else ids[own[rows] != ids]
+            raise SceneError(f"no grain has id {np.atleast_1d(absent)[:5].tolist()} here; ids run from "
+                             f"{own.min() if self.n else '-'} to {own.max() if self.n else '-'}")
+        return rows
+
+    def sorted_by_id(self, name):
+        """A copy of a field with its rows in ascending order of id: comparable between runs."""
+        return self.view(name)[np.argsort(self.view("id"), kind="stable")].copy()
+
+    def take_edits(self):
+        """Names of the fields that users changed since they were handed out. Closes the views handed out so far."""
+        edited = [name for name, (view, before) in self._handed_out.items() if not np.array_equal(view, before, equal_nan=True)]
+        for view, _ in self._handed_out.values():
+            view.flags.writeable = False
+        self._handed_out.clear()
+        return edited
+
+    # -- storage, for the library ------------------------------------------------------------------------------------
+
+    def view(self, name, ghosts=False):
+        """A field without bookkeeping, of owned rows or of all."""
+        field = self._fields[name]
+        rows = self.block(field.block, ghosts)
+        if rows.ndim == 1:
+            return rows
+        return rows[:, field.column:field.column + field.width] if field.width > 1 else rows[:, field.column]
+
+    def block(self, name, ghosts=False):
+        """The array behind some fields, of owned rows or of all."""
+        return self._blocks[name][: self.n + self.n_ghost if ghosts else self.n]
+
+    @property
+    def block_names(self):
+        """Names of all blocks, in the order in which messages carry them."""
+        return tuple(self._layout)
+
+    def blocks_of(self, names):
+        """Blocks that hold the given fields."""
+        return tuple(dict.fromkeys(self._fields[name].block for name in names))
+
+    def ghost_blocks(self):
+        """Blocks that a ghost needs."""
+        return tuple(dict.fromkeys(field.block for field in self.table if field.ghosted))
+
+    def saved_fields(self):
+        """Fields of a checkpoint."""
+        return tuple(field for field in self.table if field.saved)
+
+    def field(self, name):
+        """The table row of a field."""
+        return self._fields[name]
+
+    def add_field(self, name, width, dtype, default, dimension):
+        """Give every grain one more field; it migrates and is saved like the built-in ones."""
+        if not name.isidentifier() or name in self._fields or name in self.__dict__ or hasattr(type(self), name):
+            raise SceneError(f"field '{name}': the name must be a new Python identifier")
+        new = Field(name, np.dtype(dtype).type, int(width), dimension, default, f"user_{name}")
+        self.table += (new,)
+        self._fields[name] = new
+        self._layout[new.block] = (new.dtype, new.width)
+        self._blocks[new.block] = self._empty(new.block, self._capacity)
+        self._blocks[new.block][...] = default
+
+    def _empty(self, block, capacity):
+        dtype, columns = self._layout[block]
+        return np.zeros((capacity, columns) if columns > 1 else capacity, dtype=dtype)
+
+    def reserve(self, rows):
+        """Make room for ``rows`` rows in all."""
+        if rows <= self._capacity:
+            return
+        capacity = int(max(rows, 1.1 * self._capacity)) + 64
+        for name, old in self._blocks.items():
+            self._blocks[name] = self._empty(name, capacity)
+            self._blocks[name][: len(old)] = old
+        self._capacity = capacity
+
+    def append(self, values):
+        """Add owned grains from field name -> array of (k, ...); other fields get their defaults. No ghosts may exist."""
+        count = len(values["id"])
+        self.reserve(self.n + count)
+        rows = slice(self.n, self.n + count)
+        self.n += count
+        for field in self.table:
+            self.view(field.name)[rows] = values.get(field.name, field.default)
+        self.refresh_inverse()
+
+    def append_rows(self, blocks, count, ghost=False):
+        """Add rows from block name -> array, as owned grains or as ghosts."""
+        end = self.n + self.n_ghost
+        self.reserve(end + count)
+        for name, rows in blocks.items():
+            self._blocks[name][end:end + count] = rows
+        if ghost:
+            self.n_ghost += count
+        else:
+            self.n += count
+
+    def keep(self, rows):
+        """Keep the owned rows given, in that order, and nothing else."""
+        for name, block in self._blocks.items():
+            block[: len(rows)] = block[rows]
+        self.n, self.n_ghost = len(rows), 0
+
+    def drop_ghosts(self):
+        """Forget all ghosts."""
+        self.n_ghost = 0
+
+    def refresh_inverse(self):
+        """Derive the inverse masses and inertias from what users gave; a frozen grain has 0."""
+        moving = self.view("frozen") == 0
+        for name in ("mass", "inertia"):
+            given = self.view(name)
+            self.view(f"inverse_{name}")[...] = np.where(moving, 1.0 / np.where(given > 0.0, given, 1.0), 0.0)
+
+
+def is_physical(names):
+    """True if a change of any of these fields makes the present forces out of date."""
+    return any(name in PHYSICAL for name in names)

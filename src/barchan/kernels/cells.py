@@ -1,0 +1,76 @@
+"""Sorts grains into cells: the first half of the neighbour search."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.kernels.compiler import helper, kernel, prange
+
+
+#: Rows of a grid's table, three numbers each (x, y, z): kernels take the table, since parallel loops take no nested tuple.
+CENTRE, REACH, INVERSE, SHAPE, WRAPS, LENGTH, HALF = range(7)
+
+
+class Grid(NamedTuple):
+    """Cells around the part of space that a rank sees.
+
+    ``table``: (7, 3): centre, half the extent, 1 / cell size, number of cells, whether the grid spans a whole period so that
+    its two ends touch, and length and half length of the box. A grain is binned at its image nearest to the centre.
+    """
+
+    table: np.ndarray
+    n_cells: int
+
+
+def make_grid(low, high, cell, max_cells, frame):
+    """Grid over ``low`` to ``high`` (3,) with cells of at least ``cell``, and at most about ``max_cells`` of them.
+
+    Where the region reaches round a whole period it becomes the box itself, and wraps.
+    """
+    wraps = np.isfinite(frame.half) & (high - low >= frame.length)
+    low, high = np.where(wraps, frame.low, low), np.where(wraps, frame.low + frame.length, high)
+    extent = np.maximum(high - low, 0.0)
+    size = max(cell, (np.prod(np.maximum(extent, cell)) / max_cells) ** (1.0 / 3.0))
+    shape = np.maximum(1.0, np.floor(extent / size))
+    inverse = shape / np.maximum(extent, cell)
+    table = np.array([0.5 * (low + high), 0.5 * extent, inverse, shape, wraps, frame.length, frame.half])
+    return Grid(table, int(np.prod(shape)))
+
+
+@helper
+def cell_coordinate(x, c, grid):
+    """Cell of the coordinate ``x`` along axis ``c``, clamped to the grid."""
+    d = x - grid[CENTRE, c]
+    if d > grid[HALF, c]:
+        d -= grid[LENGTH, c]
+    if d < -grid[HALF, c]:
+        d += grid[LENGTH, c]
+    return int(min(max(np.floor((d + grid[REACH, c]) * grid[INVERSE, c]), 0.0), grid[SHAPE, c] - 1.0))
+
+
+@kernel(parallel=True)
+def find_cells(place, grid, cell):
+    """Write the cell of each grain into ``cell``, x fastest."""
+    for i in prange(place.shape[0]):
+        cx = cell_coordinate(place[i, 0], 0, grid)
+        cy = cell_coordinate(place[i, 1], 1, grid)
+        cz = cell_coordinate(place[i, 2], 2, grid)
+        cell[i] = (cz * int(grid[SHAPE, 1]) + cy) * int(grid[SHAPE, 0]) + cx
+
+
+@kernel()
+def sort_by_cell(cell, start, rows):
+    """Counting sort. ``start`` (cells + 1,) and ``rows`` are modified: the grains of cell c, in ascending order, are
+    ``rows[start[c]:start[c + 1]]``."""
+    start[:] = 0
+    for i in range(cell.shape[0]):
+        start[cell[i] + 1] += 1
+    for c in range(start.shape[0] - 1):
+        start[c + 1] += start[c]
+    for i in range(cell.shape[0]):
+        c = cell[i]
+        rows[start[c]] = i
+        start[c] += 1
+    for c in range(start.shape[0] - 1, 0, -1):
+        start[c] = start[c - 1]
+    start[0] = 0

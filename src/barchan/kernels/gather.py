@@ -1,0 +1,47 @@
+"""Sums the forces of a grain's contacts, always in the order of the partner's key, so that the sum has the same bits
+wherever and whenever it is made. Contacts that do not touch hold zeros, and adding zero changes no bit."""
+
+from barchan.kernels.compiler import kernel, prange
+
+
+@kernel(parallel=True)
+def gather_forces(start, incidence, out, mass, gravity, force, torque):
+    """Equations (9) and (10). ``force`` and ``torque`` are modified.
+
+    Args:
+        start, incidence: for each grain the contacts in which it takes part, as 2 * contact + side (side 1: it is the
+            second grain, which feels the opposite force).
+        out: (9, contacts): force on the first, torque on the first, torque on the second.
+
+    Returns:
+        Number of grains whose force is not finite.
+    """
+    bad = 0
+    for i in prange(start.shape[0] - 1):
+        fx = mass[i] * gravity[0]
+        fy = mass[i] * gravity[1]
+        fz = mass[i] * gravity[2]
+        tx = 0.0
+        ty = 0.0
+        tz = 0.0
+        for q in range(start[i], start[i + 1]):
+            entry = incidence[q]
+            k = entry >> 1
+            side = entry & 1
+            sign = 1.0 - 2.0 * side
+            row = 3 + 3 * side
+            fx += sign * out[0, k]
+            fy += sign * out[1, k]
+            fz += sign * out[2, k]
+            tx += out[row, k]
+            ty += out[row + 1, k]
+            tz += out[row + 2, k]
+        force[i, 0] = fx
+        force[i, 1] = fy
+        force[i, 2] = fz
+        torque[i, 0] = tx
+        torque[i, 1] = ty
+        torque[i, 2] = tz
+        total = fx + fy + fz + tx + ty + tz
+        bad += 0 if total - total == 0.0 else 1
+    return bad

@@ -1,0 +1,162 @@
+"""Makes the loops of a law: writes a module with a copy of the law and its helpers, and imports it.
+
+A loop that closes over compiled functions is never found again in Numba's disk cache (measured: 1.0 s again in every
+process, against 0.004 s for a module on disk). So the module is real text, named by the hash of that text and of the
+kernels' sources, written once and atomically.
+"""
+
+import ast
+import builtins
+import hashlib
+import importlib.util
+import inspect
+import math
+import os
+import sys
+import textwrap
+import types
+from typing import NamedTuple
+
+from barchan.errors import LawError
+from barchan.kernels.compiler import cache_root, fingerprint
+from barchan.kernels.template import ARMS, MODULE, TINY
+
+
+class Loops(NamedTuple):
+    """The compiled loops of a law."""
+
+    pair_forces: object
+    wall_forces: object
+    module: types.ModuleType
+
+
+class _Sources:
+    """A function and all plain functions and constants that it uses, as text in the order of definition."""
+
+    def __init__(self, law):
+        self.law, self.names, self.imports, self.parts = law, {}, [], []
+        self.root = self._add(law.function.__name__, law.function)
+
+    def _fail(self, text):
+        raise LawError(f"law '{self.law.name}': {text}")
+
+    def _add(self, name, value):
+        if name in self.names:
+            if self.names[name] is not value and self.names[name] != value:
+                self._fail(f"two different things are called '{name}' in the files it uses; rename one")
+            return name
+        self.names[name] = value
+        if isinstance(value, types.FunctionType):
+            self._add_function(name, value)
+        elif getattr(value, "__module__", None) == "math":
+            self.imports.append(f"from math import {value.__name__} as {name}")
+        elif value is math:
+            self.imports.append(f"import math as {name}")
+        elif isinstance(value, (bool, int, float)) or (isinstance(value, tuple) and all(isinstance(v, (int, float)) for v in value)):
+            self.parts.append(f"{name} = {value!r}")
+        else:
+            self._fail(f"it uses '{name}' = {value!r}; a law may use numbers, tuples of numbers, plain functions and math")
+        return name
+
+    def _add_function(self, name, function):
+        try:
+            tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+        except (OSError, TypeError) as error:
+            self._fail(f"the source of '{name}' cannot be read ({error}); define it in a file or a notebook cell")
+        definition = tree.body[0]
+        if not isinstance(definition, ast.FunctionDef):
+            self._fail(f"'{name}' must be a plain function (def), not a lambda")
+        definition.decorator_list, definition.name = [], name
+        for used in _global_names(definition):
+            found, value = _resolve(function, used)
+            if found:
+                self._add(used, _plain(value))
+            elif not hasattr(builtins, used):
+                self._fail(f"'{used}' in '{name}' is not defined")
+        self.parts.append("@helper\n" + ast.unparse(definition) + "\n")
+
+
+def _plain(value):
+    """A law or a compiled function as the plain function in it."""
+    return getattr(value, "py_func", getattr(value, "function", value))
+
+
+def _global_names(definition):
+    """Names that a function reads and does not bind itself, in order of appearance."""
+    bound = {a.arg for a in ast.walk(definition) if isinstance(a, ast.arg)}
+    bound |= {n.id for n in ast.walk(definition) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    read = [n.id for n in ast.walk(definition) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)]
+    return [name for name in dict.fromkeys(read) if name not in bound]
+
+
+def _resolve(function, name):
+    free = dict(zip(function.__code__.co_freevars, function.__closure__ or ()))
+    if name in free:
+        return True, free[name].cell_contents
+    return name in function.__globals__, function.__globals__.get(name)
+
+
+def _flat(name, width):
+    return [name] if width == 1 else [f"{name}_{axis}" for axis in "xyz"]
+
+
+def module_text(law, uniform):
+    """Text of the module with the loops of ``law``; ``uniform``: all contacts are of one pair of materials."""
+    sources = _Sources(law)
+    history = [(name, width, _flat(name, width)) for name, width in law.history.items()]
+    flat_history = [flat for _, _, names in history for flat in names]
+    new = {name: f"new_{name}" for name, _, _ in history}
+    returned = [f"{new[name]}[{c}]" if width == 3 else new[name] for name, width, _ in history for c in range(width)]
+    packed = {name: f"({', '.join(names)})" if width == 3 else name for name, width, names in history}
+    table = [f"{p} = table[{c}, 0]" for c, p in enumerate(law.parameters)]
+    looked_up = [f"{p} = table[{c}, pair]" for c, p in enumerate(law.parameters)]
+    kept = [f"history[{c}, k] = {flat} if touches else 0.0" for c, flat in enumerate(flat_history)]
+    read = [f"history[{c}, k]" for c in range(len(flat_history))]
+    arguments = [f"{a}={packed.get(a, a)}" for a in inspect.signature(law.function).parameters]
+    arm_first, arm_second = ARMS[law.lever]
+    deep, shallow = "\n        ", "\n    "
+    return MODULE.format(
+        law=law.name, tiny=repr(TINY), function=sources.root, arm_first=arm_first, arm_second=arm_second,
+        imports="\n".join(["from math import sqrt as _sqrt", *sources.imports]), functions="\n".join(sources.parts),
+        flat_inputs=", ".join([*law.parameters, *flat_history]), arguments=", ".join(arguments),
+        outputs=", ".join(["pressing", "tangential", *new.values()]), flat_history="".join(f", {r}" for r in returned),
+        history_names="".join(f", {n}" for n in flat_history), flat_arguments=", ".join([*law.parameters, *read]),
+        keep_history=deep.join(kept) or "pass", hoisted=shallow.join(table) if uniform and table else "pass",
+        gathered="pass" if uniform else deep.join(["pair = material[i] * stride + material[j]", *looked_up]),
+        wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[contact_number]", *looked_up]),
+    )
+
+
+def make_loops(law, uniform):
+    """The compiled loops of ``law``, from the cache if they were ever made on this machine.
+
+    Args:
+        law: a ``Law``.
+        uniform: True when the scene has a single material, whose parameters then stay in registers.
+
+    Raises:
+        LawError: the law's source cannot be read, or it uses something that cannot be compiled with it.
+    """
+    text = module_text(law, uniform)
+    digest = hashlib.sha256((fingerprint() + text).encode()).hexdigest()[:20]
+    name = f"barchan_law_{law.name}_{digest}"
+    if name not in sys.modules:
+        path = cache_root() / fingerprint() / f"{name}.py"
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            partial = path.with_suffix(f".{os.getpid()}.tmp")
+            partial.write_text(text)
+            os.replace(partial, path)
+        spec = importlib.util.spec_from_file_location(name, path)
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+    module = sys.modules[name]
+    return Loops(module.pair_forces, module.wall_forces, module)
+
+
+def source_hash(function):
+    """Hash of the source of a law or of a function of time, with all helpers that it uses."""
+    plain = types.SimpleNamespace(name=getattr(function, "__name__", "function"), function=_plain(function))
+    sources = _Sources(plain)
+    return hashlib.sha256("\n".join([*sources.imports, *sources.parts]).encode()).hexdigest()

@@ -1,0 +1,76 @@
+"""Moves grains by one step of the leap-frog, equations (11) and (12), and folds them into the box."""
+
+from barchan.kernels.compiler import helper, kernel, prange
+
+
+@helper
+def fold(x, low, length, half):
+    """``x`` folded into the period that begins at ``low``, and the image it came from; ``half`` is infinite if there is none."""
+    turns = 0
+    if half < 1e300:
+        if x < low:
+            x += length
+            turns -= 1
+        if x >= low + length:
+            x -= length
+            turns += 1
+    return x, turns
+
+
+@helper
+def nearest(d, length, half):
+    """Minimum image of a difference."""
+    if d > half:
+        d -= length
+    if d < -half:
+        d += length
+    return d
+
+
+@kernel(parallel=True)
+def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, length, half, dt):
+    """v(n-1/2) -> v(n+1/2), x(n) -> x(n+1), omega likewise; frozen grains (inverse mass 0) keep their velocity.
+
+    ``place``, ``motion``, ``spin`` and ``image`` are modified. ``reference``: positions at the last rebuild.
+
+    Returns (largest square of the displacement since the rebuild, largest displacement along x, -x, y, -y, z, -z, grains
+    outside the box or not finite).
+    """
+    farthest = 0.0
+    east = -1e300
+    west = -1e300
+    north = -1e300
+    south = -1e300
+    up = -1e300
+    down = -1e300
+    bad = 0
+    for i in prange(force.shape[0]):
+        inside = True
+        for c in range(3):
+            motion[i, c] += dt * motion[i, 3] * force[i, c]
+            spin[i, c] += dt * spin[i, 3] * torque[i, c]
+            x, turns = fold(place[i, c] + dt * motion[i, c], low[c], length[c], half[c])
+            image[i, c] += turns
+            place[i, c] = x
+            inside = inside and x >= low[c] and x <= low[c] + length[c]
+        bad += 0 if inside else 1
+        dx = nearest(place[i, 0] - reference[i, 0], length[0], half[0])
+        dy = nearest(place[i, 1] - reference[i, 1], length[1], half[1])
+        dz = nearest(place[i, 2] - reference[i, 2], length[2], half[2])
+        farthest = max(farthest, dx * dx + dy * dy + dz * dz)
+        east = max(east, dx)
+        west = max(west, -dx)
+        north = max(north, dy)
+        south = max(south, -dy)
+        up = max(up, dz)
+        down = max(down, -dz)
+    return farthest, east, west, north, south, up, down, bad
+
+
+@kernel(parallel=True)
+def largest_square(rows):
+    """Largest square of the first three columns, over all rows."""
+    largest = 0.0
+    for i in prange(rows.shape[0]):
+        largest = max(largest, rows[i, 0] * rows[i, 0] + rows[i, 1] * rows[i, 1] + rows[i, 2] * rows[i, 2])
+    return largest

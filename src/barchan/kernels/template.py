@@ -1,0 +1,151 @@
+"""The text of the module that ``generate.py`` writes for a law: the loop over contacts, written once for all laws.
+
+``contact`` takes and returns plain numbers only: a tuple inside the body of the parallel loop makes Numba suspect that
+arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Branches inside it become selects. A lane
+that does not touch computes with the smallest positive overlap, and its result is dropped by a select, never multiplied
+by 0. Rows of ``out``: force on the first grain, torque on the first, torque on the second.
+"""
+
+TINY = 1e-300
+
+MODULE = '''"""Loops of the law '{law}', written by barchan. Do not edit: it is found by the hash of its text."""
+
+{imports}
+from barchan.kernels.compiler import helper, kernel, prange
+
+{functions}
+
+@helper
+def separation(dx, dy, dz, vx, vy, vz, dt):
+    """Distance, unit normal at the full step and unit normal at the half step."""
+    distance = _sqrt(dx * dx + dy * dy + dz * dz)
+    inverse = 1.0 / distance
+    hx, hy, hz = dx - 0.5 * dt * vx, dy - 0.5 * dt * vy, dz - 0.5 * dt * vz
+    half = 1.0 / _sqrt(hx * hx + hy * hy + hz * hz)
+    return distance, dx * inverse, dy * inverse, dz * inverse, hx * half, hy * half, hz * half
+
+
+@helper
+def slip(vx, vy, vz, lx, ly, lz, nx, ny, nz):
+    """Velocity in the plane of n of surfaces that turn: v - (v.n) n - l x n, equation (3), l = arm_i omega_i + arm_j omega_j."""
+    along = vx * nx + vy * ny + vz * nz
+    return (vx - along * nx - (ly * nz - lz * ny),
+            vy - along * ny - (lz * nx - lx * nz),
+            vz - along * nz - (lx * ny - ly * nx))
+
+
+@helper
+def contact(overlap, distance, nx, ny, nz, hx, hy, hz, radius_first, radius_second, radius_eff, mass_eff, vx, vy, vz,
+            wix, wiy, wiz, wjx, wjy, wjz, dt, {flat_inputs}):
+    """One contact: plain numbers to plain numbers."""
+    overlap = max(overlap, {tiny})
+    normal = (nx, ny, nz)
+    normal_half = (hx, hy, hz)
+    arm_first = {arm_first}
+    arm_second = {arm_second}
+    lx, ly, lz = arm_first * wix + arm_second * wjx, arm_first * wiy + arm_second * wjy, arm_first * wiz + arm_second * wjz
+    normal_velocity = vx * nx + vy * ny + vz * nz
+    tangential_velocity = slip(vx, vy, vz, lx, ly, lz, nx, ny, nz)
+    slip_velocity_half = slip(vx, vy, vz, lx, ly, lz, hx, hy, hz)
+    {outputs} = {function}({arguments})
+    tx, ty, tz = tangential
+    ax, ay, az = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
+    return (pressing * nx + tx, pressing * ny + ty, pressing * nz + tz,
+            -arm_first * ax, -arm_first * ay, -arm_first * az,
+            -arm_second * ax, -arm_second * ay, -arm_second * az{flat_history})
+
+
+@kernel(parallel=True)
+def pair_forces(first, second, place, motion, spin, material, stride, table, history, out, box_length, box_half, dt,
+                allowed_overlap, max_overlap):
+    """Forces of all pairs of grains. ``history`` and ``out`` are modified. Returns (touching, above the allowed overlap,
+    above the largest)."""
+    length_x, length_y, length_z = box_length[0], box_length[1], box_length[2]
+    half_x, half_y, half_z = box_half[0], box_half[1], box_half[2]
+    {hoisted}
+    touching = 0
+    large = 0
+    too_large = 0
+    for k in prange(first.shape[0]):
+        i = first[k]
+        j = second[k]
+        dx = place[i, 0] - place[j, 0]
+        dy = place[i, 1] - place[j, 1]
+        dz = place[i, 2] - place[j, 2]
+        dx = dx - length_x if dx > half_x else dx
+        dx = dx + length_x if dx < -half_x else dx
+        dy = dy - length_y if dy > half_y else dy
+        dy = dy + length_y if dy < -half_y else dy
+        dz = dz - length_z if dz > half_z else dz
+        dz = dz + length_z if dz < -half_z else dz
+        ri = place[i, 3]
+        rj = place[j, 3]
+        vx = motion[i, 0] - motion[j, 0]
+        vy = motion[i, 1] - motion[j, 1]
+        vz = motion[i, 2] - motion[j, 2]
+        {gathered}
+        distance, nx, ny, nz, hx, hy, hz = separation(dx, dy, dz, vx, vy, vz, dt)
+        overlap = ri + rj - distance
+        fx, fy, fz, pix, piy, piz, pjx, pjy, pjz{history_names} = contact(
+            overlap, distance, nx, ny, nz, hx, hy, hz, ri, rj, ri * rj / (ri + rj), 1.0 / (motion[i, 3] + motion[j, 3]),
+            vx, vy, vz, spin[i, 0], spin[i, 1], spin[i, 2], spin[j, 0], spin[j, 1], spin[j, 2], dt, {flat_arguments})
+        touches = overlap > 0.0
+        out[0, k] = fx if touches else 0.0
+        out[1, k] = fy if touches else 0.0
+        out[2, k] = fz if touches else 0.0
+        out[3, k] = pix if touches else 0.0
+        out[4, k] = piy if touches else 0.0
+        out[5, k] = piz if touches else 0.0
+        out[6, k] = pjx if touches else 0.0
+        out[7, k] = pjy if touches else 0.0
+        out[8, k] = pjz if touches else 0.0
+        {keep_history}
+        relative = overlap / (2.0 * min(ri, rj))
+        touching += 1 if touches else 0
+        large += 1 if relative > allowed_overlap else 0
+        too_large += 1 if relative > max_overlap else 0
+    return touching, large, too_large
+
+
+@kernel(parallel=True)
+def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, history, out, offset,
+                dt, allowed_overlap, max_overlap):
+    """Forces of all contacts of grains with walls. Rows of ``surface``: distance, normal, half-step normal, velocity of
+    the wall at the contact, curvature. Contact k stands in column ``offset`` + k of ``history`` and ``out``, both modified. Returns what ``pair_forces`` returns."""
+    {hoisted}
+    touching = 0
+    large = 0
+    too_large = 0
+    for contact_number in prange(grain.shape[0]):
+        i = grain[contact_number]
+        k = offset + contact_number
+        ri = place[i, 3]
+        distance = surface[0, contact_number]
+        {wall_gathered}
+        overlap = ri - distance
+        fx, fy, fz, pix, piy, piz, pjx, pjy, pjz{history_names} = contact(
+            overlap, distance, surface[1, contact_number], surface[2, contact_number], surface[3, contact_number], surface[4, contact_number], surface[5, contact_number], surface[6, contact_number],
+            ri, ri, ri / (1.0 + surface[10, contact_number] * ri), 1.0 / motion[i, 3],
+            motion[i, 0] - surface[7, contact_number], motion[i, 1] - surface[8, contact_number], motion[i, 2] - surface[9, contact_number],
+            spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
+        touches = overlap > 0.0
+        out[0, k] = fx if touches else 0.0
+        out[1, k] = fy if touches else 0.0
+        out[2, k] = fz if touches else 0.0
+        out[3, k] = pix if touches else 0.0
+        out[4, k] = piy if touches else 0.0
+        out[5, k] = piz if touches else 0.0
+        {keep_history}
+        relative = overlap / (2.0 * ri)
+        touching += 1 if touches else 0
+        large += 1 if relative > allowed_overlap else 0
+        too_large += 1 if relative > max_overlap else 0
+    return touching, large, too_large
+'''
+
+#: Torque arms: name -> (arm of the first, arm of the second). A wall has radius_second = radius_first for the paper's
+#: law, and a lens arm equal to its distance.
+ARMS = {
+    "radius": ("radius_first", "radius_second"),
+    "lens": ("radius_first - 0.5 * overlap * (2.0 * radius_second - overlap) / distance", "distance - arm_first"),
+}

@@ -1,0 +1,13 @@
+"""The physics of a contact: pure functions on the numbers of one contact. No arrays, no compiler, no MPI."""
+
+from barchan.laws.hertz_mindlin import hertz_mindlin, hertz_mindlin_standard
+from barchan.laws.law import Law, Property, law
+from barchan.laws.viscoelastic import hertz, hertz_standard, linear, linear_standard, silbert, silbert_standard
+
+#: Every law that comes with barchan, by name.
+SHIPPED = {entry.name: entry for entry in (
+    silbert, linear, hertz, hertz_mindlin, silbert_standard, linear_standard, hertz_standard, hertz_mindlin_standard,
+)}
+
+__all__ = ["SHIPPED", "Law", "Property", "hertz", "hertz_mindlin", "hertz_mindlin_standard", "hertz_standard", "law",
+           "linear", "linear_standard", "silbert", "silbert_standard"]

@@ -1,0 +1,106 @@
+"""Hertz-Mindlin in the incremental form: the elastic tangential force is the memory.
+
+F_n = 4/3 E* a overlap - eta v_n, never below 0, with a = sqrt(R* overlap) and Tsuji's eta = alpha sqrt(m* 4/3 E* a);
+dF_s = -8 G* a v_t dt, turned with the contact; |F_s - eta v_t| <= mu F_n. Keeping the force rather than a displacement
+conserves energy when the overlap changes while the contact sticks (a displacement times a varying stiffness does not).
+Torque arms reach to the plane in which the spheres cut each other, so angular momentum is conserved to rounding.
+Sources: Marketos et al. 2013 for the increments, Tsuji et al. 1992 for eta.
+"""
+
+from math import acos, acosh, exp, sqrt
+
+from barchan.laws.friction import slide
+from barchan.laws.law import Property, law, mix_by_rule
+from barchan.laws.vector import scale, sub, turn
+
+PROPERTIES = {
+    "youngs_modulus": Property("force/length^2", above=True),
+    "poisson_ratio": Property("1", minimum=-1.0, above=True, maximum=0.5),
+    "friction": Property("1"),
+    "restitution": Property("1", above=True, maximum=1.0, default=1.0),
+}
+
+
+def restitution_of(damping_ratio):
+    """Restitution of a contact whose force is never tensile: exp(-2 z acos(z) / sqrt(1 - z^2)), z = damping ratio.
+
+    Exact for a linear spring and dashpot (Schwager & Poeschel 2007), and for Hertz with Tsuji's dashpot too: with
+    y = overlap^(5/4) and the time variable d tau = overlap^(1/4) dt its equation of motion is that of the linear one.
+
+    >>> round(restitution_of(0.5912), 3)
+    0.253
+    """
+    z = damping_ratio
+    if z < 1.0:
+        return exp(-2.0 * z * acos(z) / sqrt(1.0 - z * z))
+    if z > 1.0:
+        return exp(-2.0 * z * acosh(z) / sqrt(z * z - 1.0))
+    return exp(-2.0)
+
+
+def damping_for(restitution):
+    """Tsuji's alpha = sqrt(5) z for the wanted restitution, by bisection of ``restitution_of``.
+
+    >>> round(restitution_of(damping_for(0.7) / sqrt(5.0)), 12)
+    0.7
+    """
+    if restitution == 1.0:
+        return 0.0
+    low, high = 0.0, 1.0
+    while restitution_of(high) > restitution:
+        high *= 2.0
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        if restitution_of(middle) > restitution:
+            low = middle
+        else:
+            high = middle
+    return sqrt(5.0) * 0.5 * (low + high)
+
+
+def mix(first, second):
+    """E* and G* of contact mechanics; friction and restitution by the common rule."""
+    def compliance(p):
+        return (1.0 - p["poisson_ratio"] ** 2) / p["youngs_modulus"]
+
+    def shear_compliance(p):
+        return 2.0 * (2.0 - p["poisson_ratio"]) * (1.0 + p["poisson_ratio"]) / p["youngs_modulus"]
+
+    common = mix_by_rule(*({k: p[k] for k in ("friction", "restitution")} for p in (first, second)))
+    return {
+        "E_eff": 1.0 / (compliance(first) + compliance(second)),
+        "G_eff": 1.0 / (shear_compliance(first) + shear_compliance(second)),
+        "friction": common["friction"],
+        "alpha": damping_for(common["restitution"]),
+    }
+
+
+def mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, E_eff, friction, alpha, shear):
+    """Normal force with Tsuji's dashpot, and the shear force with its dashpot under Coulomb's limit."""
+    stiffness = 4.0 / 3.0 * E_eff * a
+    eta = alpha * sqrt(mass_eff * stiffness)
+    normal_force = max(stiffness * overlap - eta * normal_velocity, 0.0)
+    viscous = scale(eta, tangential_velocity)
+    force, slides = slide(sub(shear, viscous), friction * normal_force)
+    if slides:
+        shear = (force[0] + viscous[0], force[1] + viscous[1], force[2] + viscous[2])
+    return normal_force, force, shear
+
+
+@law(properties=PROPERTIES, history={"shear": 3}, lever="lens", mix=mix)
+def hertz_mindlin(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half,
+                  radius_eff, mass_eff, dt, E_eff, G_eff, friction, alpha, shear):
+    """Hertz-Mindlin, incremental."""
+    a = sqrt(radius_eff * overlap)
+    shear = sub(turn(shear, normal_half), scale(8.0 * G_eff * a * dt, slip_velocity_half))
+    shear = turn(shear, normal)
+    return mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, E_eff, friction, alpha, shear)
+
+
+@law(properties=PROPERTIES, history={"shear": 3}, lever="radius", mix=mix)
+def hertz_mindlin_standard(overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt,
+                           E_eff, G_eff, friction, alpha, shear):
+    """Hertz-Mindlin, incremental, standard scheme and arms R_i."""
+    a = sqrt(radius_eff * overlap)
+    shear = sub(turn(shear, normal), scale(8.0 * G_eff * a * dt, tangential_velocity))
+    return mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, E_eff, friction, alpha, shear)

@@ -1,0 +1,178 @@
+"""What a contact law is: one pure function of one contact, and what it declares about itself.
+
+The function takes any of the quantities of ``QUANTITIES`` by name, the pair parameters that ``mix`` makes (or the law's
+material properties, mixed by the one rule of ``mix_by_rule``), and its history by name. It returns
+``(normal_force, tangential_force, *history)``: a number, positive when it pushes the grains apart, and the tangential
+force on the first grain. Vectors are tuples of three numbers (``laws/vector.py``).
+"""
+
+import inspect
+from math import isfinite, sqrt
+from types import MappingProxyType
+from typing import NamedTuple
+
+from barchan.errors import LawError, MaterialError
+
+VECTOR, SCALAR = 3, 1
+
+#: Quantities of one contact: name -> (width, dimension, meaning). "first" is the grain with the smaller id; at a wall it
+#: is the grain. All velocities are at the half step n-1/2.
+QUANTITIES = MappingProxyType({
+    "overlap": (SCALAR, "length", "R_first + R_second - distance, equation (1); never below a tiny positive number"),
+    "distance": (SCALAR, "length", "between the centres; at a wall from the centre to the wall"),
+    "normal": (VECTOR, "1", "unit vector from the second to the first, at step n"),
+    "normal_half": (VECTOR, "1", "the same at the half step: direction of r - dt/2 v (Vyas et al. 2025)"),
+    "normal_velocity": (SCALAR, "length/time", "v_ij . normal, positive when parting, equation (2)"),
+    "tangential_velocity": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal, equation (3)"),
+    "slip_velocity_half": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal_half"),
+    "radius_first": (SCALAR, "length", "radius"),
+    "radius_second": (SCALAR, "length", "radius; at a flat wall that of the grain"),
+    "radius_eff": (SCALAR, "length", "R_i R_j / (R_i + R_j); at a flat wall R_i"),
+    "mass_eff": (SCALAR, "mass", "m_i m_j / (m_i + m_j); an immobile partner counts as infinitely heavy"),
+    "dt": (SCALAR, "time", "time step; 0 when forces are evaluated without advancing"),
+})
+
+
+class Property(NamedTuple):
+    """A number that a material must have for a law; ``default`` None means that it must be given."""
+
+    dimension: str
+    minimum: float = 0.0
+    above: bool = False
+    maximum: float = float("inf")
+    default: float | None = None
+
+    def check(self, name, value, where):
+        """Return ``value`` as a float, or raise MaterialError with what is allowed."""
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = float("nan")
+        low_ok = number > self.minimum if self.above else number >= self.minimum
+        if not (isfinite(number) and low_ok and number <= self.maximum):
+            low = f"{'>' if self.above else '>='} {self.minimum:g}"
+            high = "" if self.maximum == float("inf") else f" and <= {self.maximum:g}"
+            raise MaterialError(f"{where}: {name} = {value!r} [{self.dimension}]; it must be a finite number {low}{high}")
+        return number
+
+
+def mix_by_rule(first, second):
+    """The default mixing rule: the geometric mean of both materials' values (equal values stay exactly as they are).
+
+    >>> mix_by_rule({"friction": 0.2}, {"friction": 0.8})
+    {'friction': 0.4}
+    """
+    return {name: first[name] if first[name] == second[name] else sqrt(first[name] * second[name]) for name in first}
+
+
+class Law:
+    """A contact law; made by the decorator ``law``.
+
+    Attributes: ``name``, ``function``, ``properties`` (name -> Property), ``parameters`` (names of the pair parameters),
+    ``history`` (name -> width), ``lever`` ("radius": torque arm R_i, equation (10); "lens": arm to the plane in which
+    the two spheres cut each other), ``quantities`` (the names it reads).
+    """
+
+    def __init__(self, function, properties, history, lever, mix):
+        self.function, self.name = function, function.__name__
+        self.properties, self.history = dict(properties), dict(history)
+        self.lever, self.mix = lever, mix or mix_by_rule
+        self.__doc__ = function.__doc__
+        arguments = list(inspect.signature(function).parameters)
+        self.quantities = tuple(a for a in arguments if a in QUANTITIES)
+        self.parameters = tuple(a for a in arguments if a not in QUANTITIES and a not in self.history)
+        self._check_declaration(arguments)
+
+    def _check_declaration(self, arguments):
+        where = f"law '{self.name}'"
+        missing = [name for name in self.history if name not in arguments]
+        if missing:
+            raise LawError(f"{where}: history {missing} is declared but is no argument of the function")
+        bad_width = {name: width for name, width in self.history.items() if width not in (SCALAR, VECTOR)}
+        if bad_width:
+            raise LawError(f"{where}: history {bad_width} must be 1 (a number) or 3 (a vector) wide")
+        if self.lever not in ("radius", "lens"):
+            raise LawError(f"{where}: lever = {self.lever!r}; it must be 'radius' or 'lens'")
+        if self.mix is mix_by_rule:
+            unknown = [name for name in self.parameters if name not in self.properties]
+            if unknown:
+                raise LawError(f"{where}: argument(s) {unknown} are no quantity of a contact, no history and no declared "
+                               f"material property. Quantities: {', '.join(QUANTITIES)}")
+
+    def __call__(self, *args, **kwargs):
+        """The law itself, as plain Python on plain numbers."""
+        return self.function(*args, **kwargs)
+
+    def __repr__(self):
+        return f"<law {self.name}>"
+
+    @property
+    def history_width(self):
+        """Numbers remembered per contact."""
+        return sum(self.history.values())
+
+    @property
+    def reads_spin(self):
+        """True if the law needs angular velocities."""
+        return bool({"tangential_velocity", "slip_velocity_half"} & set(self.quantities))
+
+    @property
+    def reads(self):
+        """Fields of a ghost that the law needs fresh in every step."""
+        velocity = self.reads_spin or bool({"normal_velocity", "normal_half"} & set(self.quantities))
+        return ("position",) + (("velocity",) if velocity else ()) + (("omega",) if self.reads_spin else ())
+
+    def pair_parameters(self, first, second, where):
+        """Parameters of a pair of materials, in the order of ``parameters``.
+
+        Args:
+            first, second: property name -> value of each material.
+            where: who asks, for the error message.
+
+        Raises:
+            MaterialError: a property is missing, out of range, or mixes to something that is not finite.
+        """
+        mixed = self.mix(self._complete(first, where), self._complete(second, where))
+        absent = [name for name in self.parameters if name not in mixed]
+        if absent:
+            raise LawError(f"law '{self.name}': its mix() returns no {absent}")
+        for name in self.parameters:
+            if not isfinite(mixed[name]):
+                raise MaterialError(f"{where}: parameter {name} of law '{self.name}' comes out as {mixed[name]!r}")
+        return [float(mixed[name]) for name in self.parameters]
+
+    def _complete(self, given, where):
+        complete = {}
+        for name, prop in self.properties.items():
+            value = given.get(name, prop.default)
+            if value is None:
+                raise MaterialError(f"{where}: law '{self.name}' needs {name} [{prop.dimension}], which is not given")
+            complete[name] = prop.check(name, value, where)
+        return complete
+
+
+def law(properties=None, history=None, lever="radius", mix=None):
+    """Declare a contact law. See ``docs/how-to/write-a-law.md``.
+
+    Args:
+        properties: material property -> Property, or its dimension as text (then it must be given and >= 0).
+        history: what a contact remembers: name -> 1 (a number) or 3 (a vector). It starts at 0 with the contact, is kept
+            while the grains touch and forgotten when they part.
+        lever: torque arm, "radius" or "lens".
+        mix: function (properties of one material, of the other) -> pair parameters; default ``mix_by_rule``.
+
+    Raises:
+        LawError: the function's arguments and the declaration do not fit together.
+
+    >>> @law(properties={"stiffness": "force/length"})
+    ... def spring(overlap, stiffness):
+    ...     return stiffness * overlap, (0.0, 0.0, 0.0)
+    >>> spring(overlap=0.5, stiffness=2.0)
+    (1.0, (0.0, 0.0, 0.0))
+    """
+    declared = {name: p if isinstance(p, Property) else Property(p) for name, p in (properties or {}).items()}
+
+    def decorate(function):
+        return Law(function, declared, history or {}, lever, mix)
+
+    return decorate

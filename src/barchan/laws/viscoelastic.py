@@ -1,0 +1,94 @@
+"""Spring and dashpot, normal and tangential, with the elastic tangential displacement as memory.
+
+F_n = f (k_n overlap - gamma_n m_eff v_n),  F_t = f (-k_t u - gamma_t m_eff v_t),  |F_t| <= mu |F_n|: equations (5) to (8)
+of Walther & Sbalzarini 2009, after Silbert et al. 2001. The laws differ only in the factor f:
+
+- ``linear``: f = 1 (LAMMPS ``gran/hooke/history``);
+- ``silbert``: f = sqrt(overlap / (R_i + R_j)), the paper's;
+- ``hertz``: f = sqrt(overlap R_eff), k in force/length^2 (LAMMPS ``gran/hertz/history``).
+
+The ones whose name ends in ``_standard`` carry the displacement as most codes do (``laws/friction.py``).
+"""
+
+from math import sqrt
+
+from barchan.laws.friction import slide, standard, synchronised
+from barchan.laws.law import Property, law
+from barchan.laws.vector import add, scale
+
+
+def _properties(stiffness, rate):
+    return {
+        "kn": Property(stiffness, above=True),
+        "kt": Property(stiffness, above=True),
+        "gamma_n": Property(rate, default=0.0),
+        "gamma_t": Property(rate, default=0.0),
+        "friction": Property("1"),
+    }
+
+
+PER_LENGTH = _properties("force/length", "1/time")
+PER_AREA = _properties("force/length^2", "1/(length time)")
+
+
+def viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip):
+    """Equations (5) to (8) with the factor ``f``."""
+    normal_force = f * (kn * overlap - gamma_n * mass_eff * normal_velocity)
+    viscous = scale(gamma_t * mass_eff, tangential_velocity)
+    trial = scale(-f, add(scale(kt, slip), viscous))
+    force, slides = slide(trial, friction * abs(normal_force))
+    if slides:
+        slip = scale(-1.0 / kt, add(scale(1.0 / f, force), viscous))
+    return normal_force, force, slip
+
+
+@law(properties=PER_LENGTH, history={"slip": 3})
+def linear(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half, mass_eff, dt,
+           kn, kt, gamma_n, gamma_t, friction, slip):
+    """Linear spring and dashpot."""
+    slip = synchronised(slip, slip_velocity_half, normal_half, normal, dt)
+    return viscoelastic(1.0, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
+
+
+@law(properties=PER_LENGTH, history={"slip": 3})
+def linear_standard(overlap, normal, normal_velocity, tangential_velocity, mass_eff, dt,
+                    kn, kt, gamma_n, gamma_t, friction, slip):
+    """Linear spring and dashpot, standard scheme."""
+    slip = standard(slip, tangential_velocity, normal, dt)
+    return viscoelastic(1.0, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
+
+
+@law(properties=PER_LENGTH, history={"slip": 3})
+def silbert(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half,
+            radius_first, radius_second, mass_eff, dt, kn, kt, gamma_n, gamma_t, friction, slip):
+    """The paper's law: Hertzian form of Silbert et al., for unequal radii."""
+    slip = synchronised(slip, slip_velocity_half, normal_half, normal, dt)
+    f = sqrt(overlap / (radius_first + radius_second))
+    return viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
+
+
+@law(properties=PER_LENGTH, history={"slip": 3})
+def silbert_standard(overlap, normal, normal_velocity, tangential_velocity, radius_first, radius_second, mass_eff, dt,
+                     kn, kt, gamma_n, gamma_t, friction, slip):
+    """The paper's law, standard scheme."""
+    slip = standard(slip, tangential_velocity, normal, dt)
+    f = sqrt(overlap / (radius_first + radius_second))
+    return viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
+
+
+@law(properties=PER_AREA, history={"slip": 3})
+def hertz(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half, radius_eff, mass_eff, dt,
+          kn, kt, gamma_n, gamma_t, friction, slip):
+    """LAMMPS' ``hertz/history`` form."""
+    slip = synchronised(slip, slip_velocity_half, normal_half, normal, dt)
+    f = sqrt(overlap * radius_eff)
+    return viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
+
+
+@law(properties=PER_AREA, history={"slip": 3})
+def hertz_standard(overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt,
+                   kn, kt, gamma_n, gamma_t, friction, slip):
+    """LAMMPS' ``hertz/history`` form, standard scheme: what LAMMPS computes."""
+    slip = standard(slip, tangential_velocity, normal, dt)
+    f = sqrt(overlap * radius_eff)
+    return viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)

@@ -1,0 +1,1 @@
+"""What the neighbour list is, and when it must be rebuilt."""

@@ -1,0 +1,94 @@
+"""The neighbour list and what its contacts carry: forces of this step and memory of the past.
+
+Contacts are numbered: pairs of grains first, then grains at walls. Arrays have spare room and grow when a rebuild needs it.
+"""
+
+import numpy as np
+
+from barchan.kernels import cells, history as history_kernels, pairs as pair_kernels
+from barchan.kernels.gather import gather_forces
+from barchan.neighbors.rows import ContactRows
+
+
+class Contacts:
+    """Candidates for contact of one rank.
+
+    Attributes:
+        first, second: (pairs,) rows of the grains; the first has the smaller id.
+        wall_grain, wall_key, wall_material: (wall contacts,) row of the grain, key and material of the wall.
+        start, incidence: contacts of each owned grain in ascending order of the partner's key.
+        history: (width, contacts) memory of the law, as seen from the first grain.
+        out: (9, contacts) force on the first, torque on the first and on the second.
+        surface: (11, wall contacts) geometry of wall contacts at this step.
+    """
+
+    def __init__(self, history_width):
+        self.history_width = history_width
+        self.first = self.second = np.zeros(0, dtype=np.uint32)
+        self.wall_grain = self.wall_material = np.zeros(0, dtype=np.uint32)
+        self.wall_key = np.zeros(0, dtype=np.int64)
+        self.start, self.incidence = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.uint32)
+        self.history, self.out, self.surface = np.zeros((history_width, 0)), np.zeros((9, 0)), np.zeros((11, 0))
+        self.wall_ranges = []
+
+    @property
+    def n_pairs(self):
+        """Number of pairs of grains."""
+        return len(self.first)
+
+    def detach(self, grains):
+        """Memory of the contacts as rows of their owned grains."""
+        if self.history_width == 0 or self.history.shape[1] == 0:
+            return ContactRows.empty(grains.n, self.history_width)
+        counts = np.zeros(grains.n, dtype=np.int64)
+        history_kernels.count_rows(self.start, self.incidence, self.history, counts)
+        start = np.concatenate([[0], np.cumsum(counts)])
+        keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.history_width))
+        history_kernels.detach_rows(self.start, self.incidence, self.history, self.first, self.second,
+                                    grains.view("id", ghosts=True), self.wall_key, start, keys, values)
+        return ContactRows(start, keys, values)
+
+    def build(self, grains, walls, grid, skin):
+        """Find all pairs and wall contacts that may touch before grains have moved by the skin."""
+        place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
+        ids = grains.view("id", ghosts=True)
+        cell = np.empty(len(place), dtype=np.uint32)
+        cells.find_cells(place, grid.table, cell)
+        start, rows = np.empty(grid.n_cells + 1, dtype=np.uint32), np.empty(len(place), dtype=np.uint32)
+        cells.sort_by_cell(cell, start, rows)
+        counts = np.zeros(grains.n, dtype=np.int64)
+        pair_kernels.count_pairs(grains.n, place, frozen, cell, start, rows, grid.table, skin, counts)
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        self.first, self.second = (np.empty(offsets[-1], dtype=np.uint32) for _ in range(2))
+        pair_kernels.fill_pairs(grains.n, place, frozen, ids, cell, start, rows, grid.table, skin, offsets, self.first, self.second)
+        self._build_wall_contacts(grains, walls, skin)
+        self._build_incidence(grains.n, ids)
+
+    def _build_wall_contacts(self, grains, walls, skin):
+        found = [wall.candidates(grains, skin) for wall in walls]
+        ends = np.cumsum([0, *(len(rows) for rows in found)])
+        self.wall_ranges = list(zip(ends[:-1].tolist(), ends[1:].tolist()))
+        self.wall_grain = np.concatenate([np.zeros(0, dtype=np.uint32), *found]).astype(np.uint32)
+        self.wall_key = np.repeat(np.array([wall.key for wall in walls], dtype=np.int64), np.diff(ends))
+        self.wall_material = np.repeat(np.array([wall.material for wall in walls], dtype=np.uint32), np.diff(ends))
+        self.surface = np.empty((11, len(self.wall_grain)))
+
+    def _build_incidence(self, n_owned, ids):
+        self.start = np.empty(n_owned + 1, dtype=np.int64)
+        pair_kernels.count_incidence(n_owned, self.first, self.second, self.wall_grain, self.start)
+        self.incidence = np.empty(self.start[-1], dtype=np.uint32)
+        pair_kernels.fill_incidence(n_owned, self.first, self.second, self.wall_grain, self.start, self.incidence)
+        pair_kernels.sort_incidence(n_owned, self.first, self.second, ids, self.wall_key, self.start, self.incidence)
+        self.out = np.zeros((9, self.n_pairs + len(self.wall_grain)))
+
+    def attach(self, grains, rows):
+        """Give the new contacts what their grains remember of each other."""
+        self.history = np.zeros((self.history_width, self.n_pairs + len(self.wall_grain)))
+        if self.history_width:
+            history_kernels.attach_rows(grains.n, self.first, self.second, grains.view("id", ghosts=True), self.wall_grain,
+                                        self.wall_key, rows.start, rows.keys, rows.values, self.history)
+
+    def gather(self, grains, gravity):
+        """Sum the contacts of each grain into ``force`` and ``torque``; returns how many are not finite."""
+        return gather_forces(self.start, self.incidence, self.out, grains.block("mass"), np.array(gravity), grains.block("force"),
+                             grains.block("torque"))

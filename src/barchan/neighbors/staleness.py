@@ -1,0 +1,53 @@
+"""When the neighbour list must be rebuilt.
+
+Stale when a pair that is not in the list could touch: when two grains, or a grain and a wall, may have approached by more
+than the skin since the last rebuild. Two bounds on the approach hold, and the smaller counts: twice the largest
+displacement, and the diagonal of the box that holds all displacements. The second lets a flow that moves as a whole go
+further: along a chute it halves the rebuilds.
+"""
+
+from math import sqrt
+
+import numpy as np
+
+
+class Staleness:
+    """Watches displacements; remembers what the summary prints.
+
+    Attributes:
+        also_when: function of the step that asks for more rebuilds than needed, or None. It changes no bit.
+        rebuilds: how many rebuilds there were.
+        bound_13: shortest interval in steps that equation (13) would have allowed, c - d_max = skin: skin / (2 v_max dt).
+        intervals: steps between rebuilds: (shortest, sum).
+    """
+
+    def __init__(self):
+        self.also_when = None
+        self.rebuilds, self.bound_13, self.shortest, self.total = 0, np.inf, np.inf, 0
+        self.last_step = None
+        self.reference = np.zeros((0, 3))
+
+    def remember(self, step, position):
+        """Note a rebuild at ``step`` with the grains at ``position``."""
+        if self.last_step is not None and step > self.last_step:
+            self.shortest = min(self.shortest, step - self.last_step)
+            self.total += step - self.last_step
+            self.rebuilds += 1
+        self.last_step = step
+        self.reference = position.copy()
+
+    def is_stale(self, step, farthest_square, extents, skin):
+        """True if the list must be rebuilt before forces are computed.
+
+        Args:
+            farthest_square: square of the largest displacement over all ranks [length^2].
+            extents: largest displacement along x, -x, y, -y, z, -z, walls included [length].
+        """
+        diagonal = sqrt(sum((extents[2 * c] + extents[2 * c + 1]) ** 2 for c in range(3)))
+        approach = min(2.0 * sqrt(farthest_square), diagonal)
+        return approach > skin * (1.0 - 1e-9) or (self.also_when is not None and bool(self.also_when(step)))
+
+    def note_speed(self, speed, skin, dt):
+        """Take the present largest speed into the bound of equation (13)."""
+        if speed > 0.0 and dt > 0.0:
+            self.bound_13 = min(self.bound_13, skin / (2.0 * speed * dt))

@@ -1,0 +1,122 @@
+"""Who the other ranks are and how to talk to them: the few verbs that everything in ``parallel`` is written with.
+
+``Serial`` is one rank alone. ``VirtualRank`` is one of several ranks that live as threads of one process and take turns:
+only the one that holds the baton computes, and it passes the baton on whenever it has to wait for the others. The same
+simulation runs on either, unchanged, and so it will on MPI.
+"""
+
+import threading
+
+import numpy as np
+
+from barchan.errors import RankError
+
+_local = threading.local()
+
+
+class Serial:
+    """One rank alone."""
+
+    rank, size = 0, 1
+
+    def sum(self, values):
+        """Sum of an integer array over all ranks (integers only: floating-point sums depend on the order)."""
+        return np.array(values, dtype=np.int64)
+
+    def maximum(self, values):
+        """Largest value over all ranks, element by element."""
+        return np.array(values, dtype=np.float64)
+
+    def all_gather(self, item):
+        """List of every rank's small Python object."""
+        return [item]
+
+    def exchange(self, messages):
+        """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes."""
+        return dict(messages)
+
+    def barrier(self):
+        """Wait for all ranks."""
+
+
+class _World:
+    def __init__(self, size):
+        self.size, self.baton, self.meeting = size, threading.Lock(), threading.Barrier(size)
+        self.board, self.failure = [None] * size, None
+
+
+class VirtualRank:
+    """One of several ranks in this process; made by ``virtual_ranks``."""
+
+    def __init__(self, world, rank):
+        self._world, self.rank, self.size = world, rank, world.size
+
+    def _meet(self):
+        self._world.baton.release()
+        try:
+            self._world.meeting.wait()
+        except threading.BrokenBarrierError:
+            raise RankError(f"stopped because {self._world.failure}") from None
+        finally:
+            self._world.baton.acquire()
+
+    def all_gather(self, item):
+        """List of every rank's small Python object."""
+        self._world.board[self.rank] = item
+        self._meet()
+        everything = list(self._world.board)
+        self._meet()
+        return everything
+
+    def sum(self, values):
+        """Sum of an integer array over all ranks."""
+        return np.sum(self.all_gather(np.array(values, dtype=np.int64)), axis=0)
+
+    def maximum(self, values):
+        """Largest value over all ranks, element by element."""
+        return np.max(self.all_gather(np.array(values, dtype=np.float64)), axis=0)
+
+    def exchange(self, messages):
+        """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes."""
+        sent = self.all_gather(messages)
+        return {source: boxes[self.rank].copy() for source, boxes in enumerate(sent) if self.rank in boxes}
+
+    def barrier(self):
+        """Wait for all ranks."""
+        self._meet()
+
+
+def world():
+    """The communicator of this program: the virtual rank that runs it, or one rank alone."""
+    return getattr(_local, "comm", None) or Serial()
+
+
+def virtual_ranks(size, program, *args):
+    """Run ``program(*args)`` on ``size`` virtual ranks of this process and return their results by rank.
+
+    Raises:
+        The error of the first rank that failed.
+    """
+    shared = _World(size)
+    results, errors = [None] * size, []
+
+    def live(rank):
+        _local.comm = VirtualRank(shared, rank)
+        with shared.baton:
+            try:
+                results[rank] = program(*args)
+            except RankError as error:
+                errors.append((1, rank, error))
+            except BaseException as error:  # handed to the caller below, whatever it is
+                errors.append((0, rank, error))
+                shared.failure = shared.failure or f"rank {rank} failed: {error}"
+                shared.meeting.abort()
+
+    threads = [threading.Thread(target=live, args=(rank,), daemon=True) for rank in range(size)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if errors:
+        raise min(errors, key=lambda entry: entry[:2])[2]
+    return results

@@ -1,0 +1,137 @@
+"""Checks before a run starts: bad input never starts one. And the search for the culprit when a run must stop."""
+
+from math import sqrt
+
+import numpy as np
+
+from barchan.errors import LostGrainError, NotFiniteError, OverlapError, SceneError
+from barchan.measure import contact_table
+
+#: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
+_TYPICAL = 0.05
+
+#: dt <= 0.17 sqrt(m/k): O'Sullivan & Bray 2004 (Engineering Computations 21, 278), spheres in three dimensions.
+_SAFE = 0.17
+
+
+def stiffness(law, parameters, radius, mass, overlap):
+    """Normal stiffness of a contact of two equal grains, by finite difference of the law [force/length]."""
+    def force(depth):
+        values = {"overlap": depth, "distance": 2.0 * radius - depth, "normal": (1.0, 0.0, 0.0), "normal_half": (1.0, 0.0, 0.0),
+                  "normal_velocity": 0.0, "tangential_velocity": (0.0, 0.0, 0.0), "slip_velocity_half": (0.0, 0.0, 0.0),
+                  "radius_first": radius, "radius_second": radius, "radius_eff": 0.5 * radius, "mass_eff": 0.5 * mass, "dt": 0.0}
+        values = {name: values[name] for name in law.quantities}
+        values |= dict(zip(law.parameters, parameters))
+        values |= {name: (0.0, 0.0, 0.0) if width == 3 else 0.0 for name, width in law.history.items()}
+        return law(**values)[0]
+
+    step = 1e-4 * overlap
+    return (force(overlap + step) - force(overlap - step)) / (2.0 * step)
+
+
+def stable_time_step(law, table, grains, n_materials):
+    """Largest safe time step over all grains of this rank and the pairs of their materials [time]; inf without grains.
+
+    0.17 sqrt(m/k) with the stiffness k at an overlap of 5 % of the diameter.
+    """
+    moving = grains.view("frozen") == 0
+    smallest = np.inf
+    for material in np.unique(grains.view("material")[moving]):
+        chosen = moving & (grains.view("material") == material)
+        mass, radius = grains.view("mass")[chosen], grains.view("radius")[chosen]
+        for row in {int(np.argmin(mass)), int(np.argmin(mass / radius))}:
+            for other in range(n_materials):
+                parameters = table[: len(law.parameters), material * n_materials + other]
+                k = stiffness(law, parameters, radius[row], mass[row], 2.0 * _TYPICAL * radius[row])
+                if k > 0.0:
+                    smallest = min(smallest, _SAFE * sqrt(mass[row] / k))
+    return smallest
+
+
+def check_grains(sim):
+    """Refuse grains that cannot be simulated.
+
+    Raises:
+        SceneError: naming the grain, the field, its value and what is allowed.
+    """
+    grains = sim.grains
+    for name in ("position", "velocity", "omega", "radius", "mass", "inertia"):
+        values = grains.view(name)
+        rows = np.flatnonzero(~np.isfinite(values).reshape(grains.n, -1).all(axis=1)) if grains.n else []
+        if len(rows):
+            raise SceneError(f"grain {grains.view('id')[rows[0]]}: {name} = {values[rows[0]].tolist()} "
+                             f"[{grains.field(name).dimension}] is not finite ({len(rows)} such grains)")
+    for name in ("radius", "mass", "inertia"):
+        rows = np.flatnonzero(grains.view(name) <= 0.0)
+        if len(rows):
+            raise SceneError(f"grain {grains.view('id')[rows[0]]}: {name} = {grains.view(name)[rows[0]]:g} "
+                             f"[{grains.field(name).dimension}] must be > 0 ({len(rows)} such grains)")
+    rows = np.flatnonzero(grains.view("material") >= len(sim.materials))
+    if len(rows):
+        raise SceneError(f"grain {grains.view('id')[rows[0]]}: material number {grains.view('material')[rows[0]]} does not "
+                         f"exist; the scene has {len(sim.materials)} material(s), numbered from 0")
+    rows = np.flatnonzero(sim.box.outside(grains.view("position")))
+    if len(rows):
+        raise SceneError(f"grain {grains.view('id')[rows[0]]} at {grains.view('position')[rows[0]].tolist()} lies outside the box "
+                         f"{sim.box.low.tolist()} to {sim.box.high.tolist()} [length] ({len(rows)} such grains)")
+
+
+def check_box(sim, cutoff):
+    """Refuse a period shorter than two cut-offs: a grain would meet the same neighbour twice.
+
+    Raises:
+        SceneError: naming the axis, its length and the least allowed.
+    """
+    for axis in range(3):
+        if sim.box.periodic[axis] and sim.box.length[axis] < 2.0 * cutoff:
+            raise SceneError(f"box: its period along {'xyz'[axis]} is {sim.box.length[axis]:g} [length]; it must be at least two "
+                             f"cut-offs, {2.0 * cutoff:g} (largest diameter + skin, twice). Widen the box or lower the skin")
+
+
+def check_time_step(sim, stable):
+    """Refuse a time step above the stable one.
+
+    Raises:
+        SceneError: naming both.
+    """
+    if sim.dt > stable:
+        raise SceneError(f"dt = {sim.dt:g} [time] is above the stable time step {stable:g} (0.17 sqrt(m/k) of the lightest, stiffest "
+                         f"contact at 5 % overlap). Use a smaller dt or a softer material")
+
+
+def bad_grain(sim):
+    """The error for a grain that is outside the box or not finite, or None if this rank has none."""
+    grains = sim.grains
+    position = grains.view("position")
+    rows = np.flatnonzero(sim.box.outside(position))
+    if not len(rows):
+        return None
+    row = rows[0]
+    where = (f"grain {grains.view('id')[row]} at {position[row].tolist()}, velocity {grains.view('velocity')[row].tolist()}, "
+             f"step {sim.step_number}, t = {sim.time:g}")
+    if not np.isfinite(position[row]).all():
+        return NotFiniteError(f"{where}: its position is not finite. Likely cause: an overlap or a force that is far too large; "
+                              f"look at the last checkpoint, use a smaller dt")
+    return LostGrainError(f"{where}: it left the box {sim.box.low.tolist()} to {sim.box.high.tolist()} through a face that is not "
+                          f"periodic ({len(rows)} such grains). Likely cause: a missing wall, or a grain shot out of a large overlap")
+
+
+def bad_force(sim):
+    """The error for a force that is not finite."""
+    grains = sim.grains
+    row = np.flatnonzero(~np.isfinite(grains.view("force") + grains.view("torque")).all(axis=1))[0]
+    return NotFiniteError(f"grain {grains.view('id')[row]} at {grains.view('position')[row].tolist()}, step {sim.step_number}: its force "
+                          f"{grains.view('force')[row].tolist()} is not finite. Likely cause: two grains at the same place, or a law "
+                          f"that divides by zero")
+
+
+def too_large_overlap(sim):
+    """The error for the deepest contact above ``max_overlap``."""
+    table = contact_table(sim, all_ranks=False)
+    deepest = int(np.argmax(table["relative_overlap"]))
+    first, second = table["first"][deepest], table["second"][deepest]
+    partner = f"grain {second}" if second >= 0 else f"wall {-second - 1}"
+    return OverlapError(f"grain {first} and {partner} at {table['point'][deepest].tolist()}, step {sim.step_number}: overlap "
+                        f"{table['overlap'][deepest]:g} [length] is {100 * table['relative_overlap'][deepest]:.1f} % of the smaller "
+                        f"diameter; allowed are {100 * sim.max_overlap:g} % (max_overlap). Use a stiffer material or a smaller dt, "
+                        f"move grains apart at the start, or raise max_overlap")

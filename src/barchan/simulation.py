@@ -1,0 +1,247 @@
+"""A simulation: the state and the algorithm, read aloud.
+
+Time levels: positions, forces, torques and contacts at the full step n; velocities and angular velocities at the half step
+n-1/2.
+"""
+
+import warnings
+
+import numpy as np
+
+from barchan import preflight
+from barchan.assembly import Assembly
+from barchan.errors import SceneError
+from barchan.forces import Gravity
+from barchan.kernels import cells, integrate
+from barchan.kernels.compiler import default_threads, use_threads
+from barchan.kernels.generate import make_loops
+from barchan.neighbors.staleness import Staleness
+from barchan.parallel.ghosts import Ghosts
+from barchan.parallel.guard import raise_together
+from barchan.parallel.migrate import migrate
+
+#: Overlap, relative to the smaller diameter, above which contacts are counted and the user is warned once.
+ALLOWED_OVERLAP = 0.05
+
+#: Skin relative to the largest diameter.
+DEFAULT_SKIN = 0.15
+
+
+class Simulation(Assembly):
+    """Grains in a box.
+
+    Args:
+        box: a ``Box``.
+        law: a contact law, for grains and walls alike.
+        materials: a ``Material`` or a list of them.
+        dt: time step [time].
+        gravity: acceleration [length/time^2], or a function of time.
+        threads: threads of this process; default all cores. The result has the same bits for any number.
+        comm: communicator; default: whatever this program was started with.
+
+    Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
+    ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``.
+
+    Raises:
+        SceneError: an argument cannot be used.
+    """
+
+    def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None):
+        super().__init__(box, law, materials, comm)
+        if not (np.isscalar(dt) and np.isfinite(dt) and dt > 0.0):
+            raise SceneError(f"dt = {dt!r} [time] must be a finite number > 0")
+        self.dt, self.gravity = float(dt), gravity
+        self.threads = threads or default_threads()
+        self.max_overlap, self.skin, self.check_dt = 0.2, None, True
+        self.actions, self.writers = [], []
+        self.step_number, self.time = 0, 0.0
+        self.notes = {}
+        self.touching = self.large_overlaps = 0
+        self.staleness, self.ghosts = Staleness(), Ghosts(self.comm, self.topology)
+        self._fault = self._loops = self._table = None
+
+    # -- the algorithm -----------------------------------------------------------------------------------------------
+
+    def run(self, steps):
+        """Advance by ``steps`` steps. ``run(100); run(100)`` gives the bits of ``run(200)``.
+
+        Raises:
+            SceneError: the scene cannot be run; nothing was advanced.
+            RunError: the run had to stop; the state is that of the step named in the message.
+        """
+        self.prepare()
+        for _ in range(int(steps)):
+            self.step()
+        self._agree_on_faults()
+
+    def step(self):
+        """One step of the leap-frog, equations (1) to (12)."""
+        use_threads(self.threads, self.grains.n)
+        displacement = self._kick_drift_wrap()          # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
+        for wall in self.walls:
+            wall.move(self.dt)                          # walls: n -> n+1
+        self.step_number += 1
+        self.time += self.dt
+        for action in self.actions:
+            if action.due(self.step_number):
+                action.apply(self)                      # grains added, removed or changed at n+1
+        if self._is_stale(displacement) or not self._listed:
+            self.rebuild()
+        else:
+            self.ghosts.update(self.grains, self.law.reads)
+        self.compute_forces(self.dt)                    # F, T and contact memory: n -> n+1, with v at n+1/2
+        for writer in self.writers:
+            if writer.due(self.step_number):
+                writer.write(self)
+
+    def rebuild(self):
+        """Find the neighbours anew. Writes no physical field."""
+        self._take_down_list()                                                          # memory to rows; ghosts dropped
+        self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
+        reach = self._cutoff()
+        self._sort_in_space(reach)
+        self.ghosts.build(self.grains, self._largest_radius() + self.skin)
+        self.contacts.build(self.grains, self.walls, self._grid(reach), self.skin)
+        self.contacts.attach(self.grains, self._rows)
+        self.staleness.remember(self.step_number, self.grains.block("place"))
+        self._walls_then = [wall.point.copy() for wall in self.walls]
+        self.staleness.note_speed(self._largest_speed(), self.skin, self.dt)
+        self._listed, self._rows = True, None
+
+    def compute_forces(self, dt):
+        """Forces at the present positions; contact memory advances by ``dt`` (0: not at all)."""
+        grains, contacts = self.grains, self.contacts
+        state = (grains.block("place", True), grains.block("motion", True), grains.block("spin", True), grains.block("material", True))
+        frame, stride = self.box.frame, np.uint32(len(self.materials))
+        limits = (ALLOWED_OVERLAP, self.max_overlap)
+        self.touching, large, too_large = self._loops.pair_forces(
+            contacts.first, contacts.second, *state, stride, self._table, contacts.history, contacts.out,
+            frame.length, frame.half, dt, *limits)
+        if len(contacts.wall_grain):
+            for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
+                wall.measure(contacts, grains, begin, end)
+            counts = self._loops.wall_forces(
+                contacts.wall_grain, contacts.surface, *state, contacts.wall_material, stride, self._table,
+                contacts.history, contacts.out, contacts.n_pairs, dt, *limits)
+            self.touching, large, too_large = self.touching + counts[0], large + counts[1], too_large + counts[2]
+        not_finite = contacts.gather(grains, self._gravity.at(self.time))
+        self._note_faults(large, too_large, not_finite)
+
+    def prepare(self):
+        """Check the scene and bring forces up to date with what was changed since the last run.
+
+        Raises:
+            SceneError: something cannot be run; the message says what, where, and what to do.
+        """
+        use_threads(self.threads, self.grains.n)
+        self._take_up_edits()
+        self._gravity = Gravity(self.gravity)
+        if not (self._primed and self._listed):
+            self._check()
+            self.rebuild()
+        if not self._primed:
+            self.compute_forces(0.0)
+            self._agree_on_faults()
+            self._primed = True
+
+    def start_at_full_step(self):
+        """Take the velocities as those of the full step n, where most codes and text books give them, and bring them to
+        n-1/2, where the leap-frog needs them: v <- v - dt/2 F/m. Call it once, before the first run."""
+        self.prepare()
+        grains, half = self.grains, 0.5 * self.dt
+        grains.view("velocity")[...] -= half * grains.view("inverse_mass")[:, None] * grains.view("force")
+        grains.view("omega")[...] -= half * grains.view("inverse_inertia")[:, None] * grains.view("torque")
+        if self.comm.size > 1:
+            self.ghosts.update(grains, self.law.reads)
+
+    # -- its parts ---------------------------------------------------------------------------------------------------
+
+    def _kick_drift_wrap(self):
+        grains, frame = self.grains, self.box.frame
+        return integrate.kick_drift_wrap(
+            grains.block("place"), grains.block("motion"), grains.block("spin"), grains.block("image"), grains.block("force"),
+            grains.block("torque"), self.staleness.reference, frame.low, frame.length, frame.half, self.dt)
+
+    def _is_stale(self, displacement):
+        """Whether to rebuild, and whether any rank has to stop: one reduction decides both for all ranks."""
+        farthest, *extents, bad = displacement
+        if bad and self._fault is None:
+            self._fault = preflight.bad_grain(self)
+        for wall, then in zip(self.walls, self._walls_then if self._listed else []):
+            travel = wall.point - then
+            farthest = max(farthest, float((travel**2).sum()))
+            extents = [max(e, t) for e, t in zip(extents, np.stack([travel, -travel], axis=1).ravel())]
+        farthest, *extents, fault = self.comm.maximum([farthest, *extents, float(self._fault is not None)])
+        if fault:
+            self._stop()
+        return self.staleness.is_stale(self.step_number, farthest, extents, self.skin)
+
+    def _note_faults(self, large, too_large, not_finite):
+        if not_finite:
+            self._fault = preflight.bad_force(self)
+        elif too_large:
+            self._fault = preflight.too_large_overlap(self)
+        if large and not self.large_overlaps:
+            warnings.warn(f"step {self.step_number}: {large} contact(s) overlap by more than {100 * ALLOWED_OVERLAP:g} % of the smaller "
+                          f"diameter; a stiffer material or a smaller dt is closer to hard grains", stacklevel=2)
+        self.large_overlaps += large
+
+    def _agree_on_faults(self):
+        if self.comm.maximum([float(self._fault is not None)])[0]:
+            self._stop()
+
+    def _stop(self):
+        fault, self._fault = self._fault, None
+        raise_together(self.comm, fault)
+
+    def _take_up_edits(self):
+        """Bring in what users wrote since the last run; all ranks do if one does."""
+        primed_before = self._primed
+        edited = self.grains.take_edits()
+        dirty = self.note_edits(edited)
+        if self.comm.maximum([float(dirty or not primed_before)])[0]:
+            self._take_down_list()
+            self._primed = False
+
+    def _check(self):
+        fault = None
+        try:
+            self._table = self.materials.table(self.law)
+            self._loops = make_loops(self.law, len(self.materials) == 1)
+            preflight.check_grains(self)
+            if self.check_dt:
+                preflight.check_time_step(self, preflight.stable_time_step(self.law, self._table, self.grains, len(self.materials)))
+        except SceneError as error:
+            fault = error
+        raise_together(self.comm, fault)
+        if self.skin is None:
+            self.skin = DEFAULT_SKIN * 2.0 * self._largest_radius() or 1.0
+        preflight.check_box(self, self._cutoff())
+
+    def _largest_radius(self):
+        radius = self.grains.view("radius")
+        return float(self.comm.maximum([radius.max() if len(radius) else 0.0])[0])
+
+    def _largest_speed(self):
+        return float(self.comm.maximum([integrate.largest_square(self.grains.block("motion"))])[0]) ** 0.5
+
+    def _cutoff(self):
+        return 2.0 * self._largest_radius() + self.skin
+
+    def _grid(self, cutoff):
+        low, high = self.topology.bounds(self.comm.rank)
+        if self.comm.size > 1:
+            low, high = low - cutoff, high + cutoff
+        if self.grains.n:
+            position = self.grains.view("position")
+            low = np.where(self.box.periodic, low, np.maximum(low, position.min(axis=0)))
+            high = np.where(self.box.periodic, high, np.minimum(high, position.max(axis=0)))
+        return cells.make_grid(low, high, cutoff, 2.0 * (self.grains.n + self.grains.n_ghost) + 64.0, self.box.frame)
+
+    def _sort_in_space(self, cutoff):
+        grains, grid = self.grains, self._grid(cutoff)
+        cell, order = (np.empty(grains.n, dtype=np.uint32) for _ in range(2))
+        cells.find_cells(grains.block("place"), grid.table, cell)
+        cells.sort_by_cell(cell, np.empty(grid.n_cells + 1, dtype=np.uint32), order)
+        grains.keep(order)
+        self._rows = self._rows.take(order)

@@ -1,0 +1,3 @@
+"""The version of barchan."""
+
+VERSION = "0.1.0"
