@@ -149,6 +149,6 @@ class Assembly:
     def _take_down_list(self):
         """Contact memory to rows of the grains; ghosts dropped."""
         if self._listed:
-            self._rows = self.contacts.detach(self.grains)
+            self._rows = self.contacts.detach(self.grains.n, on_both=self.comm.size > 1)
             self.grains.drop_ghosts()
             self._listed = False

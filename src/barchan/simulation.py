@@ -98,10 +98,10 @@ class Simulation(Assembly):
         """Find the neighbours anew. Writes no physical field."""
         self._take_down_list()                                                          # memory to rows; ghosts dropped
         self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
-        reach = self._cutoff()
-        self._sort_in_space(reach)
+        grid = self._grid(self._cutoff())
+        self._sort_in_space(grid)
         self.ghosts.build(self.grains, self._largest_radius() + self.skin)
-        self.contacts.build(self.grains, self.walls, self._grid(reach), self.skin)
+        self.contacts.build(self.grains, self.walls, grid, self.skin)
         self.contacts.attach(self.grains, self._rows)
         self.staleness.remember(self.step_number, self.grains.block("place"))
         self._walls_then = [wall.point.copy() for wall in self.walls]
@@ -233,15 +233,12 @@ class Simulation(Assembly):
         if self.comm.size > 1:
             low, high = low - cutoff, high + cutoff
         if self.grains.n:
-            position = self.grains.view("position")
-            low = np.where(self.box.periodic, low, np.maximum(low, position.min(axis=0)))
-            high = np.where(self.box.periodic, high, np.minimum(high, position.max(axis=0)))
-        return cells.make_grid(low, high, cutoff, 2.0 * (self.grains.n + self.grains.n_ghost) + 64.0, self.box.frame)
+            columns = [self.grains.view("position")[:, axis] for axis in range(3)]
+            low = np.where(self.box.periodic, low, np.maximum(low, [x.min() for x in columns]))
+            high = np.where(self.box.periodic, high, np.minimum(high, [x.max() for x in columns]))
+        return cells.make_grid(low, high, cutoff, 2.0 * self.grains.n + 64.0, self.box.frame)
 
-    def _sort_in_space(self, cutoff):
-        grains, grid = self.grains, self._grid(cutoff)
-        cell, order = (np.empty(grains.n, dtype=np.uint32) for _ in range(2))
-        cells.find_cells(grains.block("place"), grid.table, cell)
-        cells.sort_by_cell(cell, np.empty(grid.n_cells + 1, dtype=np.uint32), order)
-        grains.keep(order)
+    def _sort_in_space(self, grid):
+        _, _, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)
+        self.grains.keep(order)
         self._rows = self._rows.take(order)

@@ -6,16 +6,15 @@ import numpy as np
 
 from barchan.kernels.compiler import helper, kernel, prange
 
-
 #: Rows of a grid's table, three numbers each (x, y, z): kernels take the table, since parallel loops take no nested tuple.
-CENTRE, REACH, INVERSE, SHAPE, WRAPS, LENGTH, HALF = range(7)
+CENTRE, REACH, INVERSE, SHAPE, WRAPS, LENGTH, HALF, PERIOD = range(8)
 
 
 class Grid(NamedTuple):
     """Cells around the part of space that a rank sees.
 
-    ``table``: (7, 3): centre, half the extent, 1 / cell size, number of cells, whether the grid spans a whole period so that
-    its two ends touch, and length and half length of the box. A grain is binned at its image nearest to the centre.
+    ``table``: (8, 3): centre, half the extent, 1 / cell size, number of cells, whether the grid spans a whole period so that
+    its two ends touch, length and half length of the box, and its period (infinite where it has none). A grain is binned at its image nearest to the centre.
     """
 
     table: np.ndarray
@@ -33,7 +32,7 @@ def make_grid(low, high, cell, max_cells, frame):
     size = max(cell, (np.prod(np.maximum(extent, cell)) / max_cells) ** (1.0 / 3.0))
     shape = np.maximum(1.0, np.floor(extent / size))
     inverse = shape / np.maximum(extent, cell)
-    table = np.array([0.5 * (low + high), 0.5 * extent, inverse, shape, wraps, frame.length, frame.half])
+    table = np.array([0.5 * (low + high), 0.5 * extent, inverse, shape, wraps, frame.length, frame.half, 2.0 * frame.half])
     return Grid(table, int(np.prod(shape)))
 
 
@@ -49,19 +48,20 @@ def cell_coordinate(x, c, grid):
 
 
 @kernel(parallel=True)
-def find_cells(place, grid, cell):
-    """Write the cell of each grain into ``cell``, x fastest."""
-    for i in prange(place.shape[0]):
+def find_cells(place, grid, begin, cell):
+    """Write the cells of the grains from row ``begin`` on into ``cell``, x fastest."""
+    for k in prange(cell.shape[0]):
+        i = begin + k
         cx = cell_coordinate(place[i, 0], 0, grid)
         cy = cell_coordinate(place[i, 1], 1, grid)
         cz = cell_coordinate(place[i, 2], 2, grid)
-        cell[i] = (cz * int(grid[SHAPE, 1]) + cy) * int(grid[SHAPE, 0]) + cx
+        cell[k] = (cz * int(grid[SHAPE, 1]) + cy) * int(grid[SHAPE, 0]) + cx
 
 
 @kernel()
-def sort_by_cell(cell, start, rows):
-    """Counting sort. ``start`` (cells + 1,) and ``rows`` are modified: the grains of cell c, in ascending order, are
-    ``rows[start[c]:start[c + 1]]``."""
+def sort_by_cell(cell, begin, start, rows):
+    """Counting sort of the grains from row ``begin`` on. ``start`` (cells + 1,) and ``rows`` are modified: the grains of cell
+    c, in ascending order, are ``rows[start[c]:start[c + 1]]``."""
     start[:] = 0
     for i in range(cell.shape[0]):
         start[cell[i] + 1] += 1
@@ -69,8 +69,17 @@ def sort_by_cell(cell, start, rows):
         start[c + 1] += start[c]
     for i in range(cell.shape[0]):
         c = cell[i]
-        rows[start[c]] = i
+        rows[start[c]] = begin + i
         start[c] += 1
     for c in range(start.shape[0] - 1, 0, -1):
         start[c] = start[c - 1]
     start[0] = 0
+
+
+def sorted_cells(place, begin, count, grid):
+    """Cells of ``count`` grains from row ``begin`` on, where each cell begins, and the rows in the order of cells."""
+    cell, rows = np.empty(count, dtype=np.uint32), np.empty(count, dtype=np.uint32)
+    start = np.empty(grid.n_cells + 1, dtype=np.int64)
+    find_cells(place, grid.table, begin, cell)
+    sort_by_cell(cell, begin, start, rows)
+    return cell, start, rows

@@ -1,7 +1,6 @@
 """Carries the memory of contacts over a rebuild: from contacts to rows of their grains, and back by key."""
 
 from barchan.kernels.compiler import helper, kernel, prange
-from barchan.kernels.pairs import partner_key
 
 
 @helper
@@ -13,18 +12,20 @@ def _remembers(history, k):
 
 
 @kernel(parallel=True)
-def count_rows(start, incidence, history, counts):
-    """Write into ``counts`` how many contacts each grain remembers (those whose history is not all zero)."""
+def count_rows(start, incidence, history, on_both, counts):
+    """Write into ``counts`` how many contacts each grain remembers: those whose history is not all zero, and of which it is
+    the first grain unless they are wanted ``on_both``."""
     for i in prange(counts.shape[0]):
         count = 0
         for q in range(start[i], start[i + 1]):
-            if _remembers(history, incidence[q] >> 1):
+            entry = incidence[q]
+            if (on_both or entry & 1 == 0) and _remembers(history, entry >> 1):
                 count += 1
         counts[i] = count
 
 
 @kernel(parallel=True)
-def detach_rows(start, incidence, history, first, second, ids, wall_key, row_start, keys, values):
+def detach_rows(start, incidence, history, on_both, partner_keys, row_start, keys, values):
     """Write the remembered contacts of each owned grain to its rows: ``keys`` of the partners, ascending, and ``values``
     (rows, width), both modified."""
     for i in prange(row_start.shape[0] - 1):
@@ -32,8 +33,8 @@ def detach_rows(start, incidence, history, first, second, ids, wall_key, row_sta
         for q in range(start[i], start[i + 1]):
             entry = incidence[q]
             k = entry >> 1
-            if _remembers(history, k):
-                keys[row] = partner_key(entry, first, second, ids, wall_key)
+            if (on_both or entry & 1 == 0) and _remembers(history, k):
+                keys[row] = partner_keys[q]
                 for c in range(history.shape[0]):
                     values[row, c] = history[c, k]
                 row += 1

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from barchan.kernels.cells import HALF, LENGTH, SHAPE, WRAPS
+from barchan.kernels.cells import PERIOD, SHAPE, WRAPS
 from barchan.kernels.compiler import helper, kernel, prange
 
 
@@ -21,68 +21,89 @@ def neighbour_range(c, n, wraps):
 @helper
 def near(place, i, j, skin, grid):
     """True if the surfaces of two grains are closer than ``skin``."""
-    square = 0.0
-    for c in range(3):
-        d = place[i, c] - place[j, c]
-        if d > grid[HALF, c]:
-            d -= grid[LENGTH, c]
-        if d < -grid[HALF, c]:
-            d += grid[LENGTH, c]
-        square += d * d
+    dx = abs(place[i, 0] - place[j, 0])
+    dy = abs(place[i, 1] - place[j, 1])
+    dz = abs(place[i, 2] - place[j, 2])
+    dx = min(dx, grid[PERIOD, 0] - dx)
+    dy = min(dy, grid[PERIOD, 1] - dy)
+    dz = min(dz, grid[PERIOD, 2] - dz)
     reach = place[i, 3] + place[j, 3] + skin
-    return square < reach * reach
+    return dx * dx + dy * dy + dz * dz < reach * reach
 
 
 @helper
-def search(i, n_owned, place, frozen, cell, start, rows, grid, skin, found, offset):
-    """Neighbours of grain ``i`` that are its to list: owned ones of a higher row, and ghosts. Writes them to ``found``
-    from ``offset`` on unless ``offset`` is negative; returns their number."""
-    count = 0
-    nx, ny, nz = int(grid[SHAPE, 0]), int(grid[SHAPE, 1]), int(grid[SHAPE, 2])
-    own = np.int64(cell[i])
-    cx = own % nx
-    cy = (own // nx) % ny
-    cz = own // (nx * ny)
-    x0, x1 = neighbour_range(cx, nx, grid[WRAPS, 0])
-    y0, y1 = neighbour_range(cy, ny, grid[WRAPS, 1])
-    z0, z1 = neighbour_range(cz, nz, grid[WRAPS, 2])
-    for sz in range(z0, z1 + 1):
-        for sy in range(y0, y1 + 1):
-            for sx in range(x0, x1 + 1):
-                c = (((cz + sz + nz) % nz) * ny + (cy + sy + ny) % ny) * nx + (cx + sx + nx) % nx
-                for q in range(start[c], start[c + 1]):
-                    j = rows[q]
-                    if j <= i and j < n_owned:
-                        continue
-                    if frozen[i] != 0 and frozen[j] != 0:
-                        continue
-                    if near(place, i, j, skin, grid):
-                        if offset >= 0:
-                            found[offset + count] = j
-                        count += 1
+def scan(i, begin, end, place, frozen, skin, grid, found, count):
+    """Append the rows in ``begin`` to ``end`` that are near row ``i`` to ``found``; returns their new number, which may
+    exceed the room there is."""
+    for j in range(begin, end):
+        if near(place, i, j, skin, grid) and not (frozen[i] != 0 and frozen[j] != 0):
+            if count < found.shape[0]:
+                found[count] = j
+            count += 1
+    return count
+
+
+@helper
+def scan_listed(i, begin, end, rows, place, frozen, skin, grid, found, count):
+    """The same for rows that are given by a list."""
+    for q in range(begin, end):
+        j = np.int64(rows[q])
+        if near(place, i, j, skin, grid) and not (frozen[i] != 0 and frozen[j] != 0):
+            if count < found.shape[0]:
+                found[count] = j
+            count += 1
     return count
 
 
 @kernel(parallel=True)
-def count_pairs(n_owned, place, frozen, cell, start, rows, grid, skin, counts):
-    """Write the number of listed neighbours of each owned grain into ``counts``."""
-    for i in prange(n_owned):
-        counts[i] = search(np.int64(i), n_owned, place, frozen, cell, start, rows, grid, skin, rows, -1)
+def find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid, found, counts):
+    """Neighbours that each owned grain has to list: owned ones of a higher row, and ghosts.
+
+    Owned rows are sorted by cell, so cell c holds the rows ``start[c]`` to ``start[c + 1]``, and three cells in a line along
+    x hold one run of rows. Ghosts are listed by cell in ``ghost_rows``.
+
+    ``found`` (n, room) and ``counts`` (n,) are modified; a count above the room means that the room must grow.
+    """
+    nx, ny, nz = int(grid[SHAPE, 0]), int(grid[SHAPE, 1]), int(grid[SHAPE, 2])
+    has_ghosts = ghost_rows.shape[0] > 0
+    for i in prange(cell.shape[0]):
+        own = np.int64(cell[i])
+        cx, cy, cz = own % nx, (own // nx) % ny, own // (nx * ny)
+        x0, x1 = neighbour_range(cx, nx, grid[WRAPS, 0])
+        y0, y1 = neighbour_range(cy, ny, grid[WRAPS, 1])
+        z0, z1 = neighbour_range(cz, nz, grid[WRAPS, 2])
+        in_line = cx + x0 >= 0 and cx + x1 < nx
+        count = 0
+        for sz in range(z0, z1 + 1):
+            for sy in range(y0, y1 + 1):
+                line = (((cz + sz + nz) % nz) * ny + (cy + sy + ny) % ny) * nx
+                if in_line:
+                    first, last = line + cx + x0, line + cx + x1
+                    count = scan(i, max(start[first], i + 1), start[last + 1], place, frozen, skin, grid, found[i], count)
+                    if has_ghosts:
+                        count = scan_listed(i, ghost_start[first], ghost_start[last + 1], ghost_rows, place, frozen, skin, grid, found[i], count)
+                else:
+                    for sx in range(x0, x1 + 1):
+                        c = line + (cx + sx + nx) % nx
+                        count = scan(i, max(start[c], i + 1), start[c + 1], place, frozen, skin, grid, found[i], count)
+                        if has_ghosts:
+                            count = scan_listed(i, ghost_start[c], ghost_start[c + 1], ghost_rows, place, frozen, skin, grid, found[i], count)
+        counts[i] = count
 
 
 @kernel(parallel=True)
-def fill_pairs(n_owned, place, frozen, ids, cell, start, rows, grid, skin, offsets, first, second):
+def orient_pairs(found, offsets, ids, first, second):
     """Write the pairs into ``first`` and ``second``: the grain with the smaller id first, whoever owns it."""
-    for i in prange(n_owned):
+    for i in prange(found.shape[0]):
         begin = offsets[i]
-        count = search(np.int64(i), n_owned, place, frozen, cell, start, rows, grid, skin, second, begin)
-        for k in range(begin, begin + count):
-            j = second[k]
+        for k in range(offsets[i + 1] - begin):
+            j = found[i, k]
             if ids[i] < ids[j]:
-                first[k] = i
+                first[begin + k] = i
+                second[begin + k] = j
             else:
-                first[k] = j
-                second[k] = i
+                first[begin + k] = j
+                second[begin + k] = i
 
 
 @kernel()
@@ -133,14 +154,17 @@ def partner_key(entry, first, second, ids, wall_key):
 
 
 @kernel(parallel=True)
-def sort_incidence(n_owned, first, second, ids, wall_key, start, incidence):
-    """Bring the contacts of each grain into ascending order of the partner's key. ``incidence`` is modified."""
+def sort_incidence(n_owned, first, second, ids, wall_key, start, incidence, keys):
+    """Bring the contacts of each grain into ascending order of the partner's key. ``incidence`` and ``keys``, which become
+    the keys in that order, are modified."""
     for i in prange(n_owned):
-        for q in range(start[i] + 1, start[i + 1]):
+        for q in range(start[i], start[i + 1]):
             entry = incidence[q]
             key = partner_key(entry, first, second, ids, wall_key)
             p = q
-            while p > start[i] and partner_key(incidence[p - 1], first, second, ids, wall_key) > key:
+            while p > start[i] and keys[p - 1] > key:
                 incidence[p] = incidence[p - 1]
+                keys[p] = keys[p - 1]
                 p -= 1
             incidence[p] = entry
+            keys[p] = key

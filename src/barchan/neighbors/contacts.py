@@ -5,7 +5,9 @@ Contacts are numbered: pairs of grains first, then grains at walls. Arrays have 
 
 import numpy as np
 
-from barchan.kernels import cells, history as history_kernels, pairs as pair_kernels
+from barchan.kernels import cells
+from barchan.kernels import history as history_kernels
+from barchan.kernels import pairs as pair_kernels
 from barchan.kernels.gather import gather_forces
 from barchan.neighbors.rows import ContactRows
 
@@ -16,7 +18,7 @@ class Contacts:
     Attributes:
         first, second: (pairs,) rows of the grains; the first has the smaller id.
         wall_grain, wall_key, wall_material: (wall contacts,) row of the grain, key and material of the wall.
-        start, incidence: contacts of each owned grain in ascending order of the partner's key.
+        start, incidence, keys: contacts of each owned grain, as 2 * contact + side, in ascending order of the partner's key.
         history: (width, contacts) memory of the law, as seen from the first grain.
         out: (9, contacts) force on the first, torque on the first and on the second.
         surface: (11, wall contacts) geometry of wall contacts at this step.
@@ -29,38 +31,48 @@ class Contacts:
         self.wall_key = np.zeros(0, dtype=np.int64)
         self.start, self.incidence = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.uint32)
         self.history, self.out, self.surface = np.zeros((history_width, 0)), np.zeros((9, 0)), np.zeros((11, 0))
-        self.wall_ranges = []
+        self.keys = np.zeros(0, dtype=np.int64)
+        self.wall_ranges, self._room = [], 16
 
     @property
     def n_pairs(self):
         """Number of pairs of grains."""
         return len(self.first)
 
-    def detach(self, grains):
-        """Memory of the contacts as rows of their owned grains."""
+    def detach(self, n_owned, on_both):
+        """Memory of the contacts as rows of their grains.
+
+        Args:
+            on_both: let both grains of a pair remember it, as they must before they may part to different ranks.
+        """
         if self.history_width == 0 or self.history.shape[1] == 0:
-            return ContactRows.empty(grains.n, self.history_width)
-        counts = np.zeros(grains.n, dtype=np.int64)
-        history_kernels.count_rows(self.start, self.incidence, self.history, counts)
+            return ContactRows.empty(n_owned, self.history_width)
+        counts = np.zeros(n_owned, dtype=np.int64)
+        history_kernels.count_rows(self.start, self.incidence, self.history, on_both, counts)
         start = np.concatenate([[0], np.cumsum(counts)])
         keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.history_width))
-        history_kernels.detach_rows(self.start, self.incidence, self.history, self.first, self.second,
-                                    grains.view("id", ghosts=True), self.wall_key, start, keys, values)
+        history_kernels.detach_rows(self.start, self.incidence, self.history, on_both, self.keys, start, keys, values)
         return ContactRows(start, keys, values)
 
     def build(self, grains, walls, grid, skin):
-        """Find all pairs and wall contacts that may touch before grains have moved by the skin."""
+        """Find all pairs and wall contacts that may touch before grains have moved by the skin. Owned rows are in the order
+        of the grid's cells."""
         place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
-        ids = grains.view("id", ghosts=True)
-        cell = np.empty(len(place), dtype=np.uint32)
-        cells.find_cells(place, grid.table, cell)
-        start, rows = np.empty(grid.n_cells + 1, dtype=np.uint32), np.empty(len(place), dtype=np.uint32)
-        cells.sort_by_cell(cell, start, rows)
-        counts = np.zeros(grains.n, dtype=np.int64)
-        pair_kernels.count_pairs(grains.n, place, frozen, cell, start, rows, grid.table, skin, counts)
+        cell, start, _ = cells.sorted_cells(place, 0, grains.n, grid)
+        _, ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
+        counts, room = np.zeros(grains.n, dtype=np.int64), self._room
+        while True:
+            found = np.empty((grains.n, room), dtype=np.uint32)
+            pair_kernels.find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid.table, found, counts)
+            needed = int(counts.max()) if grains.n else 0
+            if needed <= room:
+                break
+            room = needed + 4
+        self._room = room
         offsets = np.concatenate([[0], np.cumsum(counts)])
         self.first, self.second = (np.empty(offsets[-1], dtype=np.uint32) for _ in range(2))
-        pair_kernels.fill_pairs(grains.n, place, frozen, ids, cell, start, rows, grid.table, skin, offsets, self.first, self.second)
+        ids = grains.view("id", ghosts=True)
+        pair_kernels.orient_pairs(found, offsets, ids, self.first, self.second)
         self._build_wall_contacts(grains, walls, skin)
         self._build_incidence(grains.n, ids)
 
@@ -76,9 +88,10 @@ class Contacts:
     def _build_incidence(self, n_owned, ids):
         self.start = np.empty(n_owned + 1, dtype=np.int64)
         pair_kernels.count_incidence(n_owned, self.first, self.second, self.wall_grain, self.start)
-        self.incidence = np.empty(self.start[-1], dtype=np.uint32)
+        self.incidence, self.keys = np.empty(self.start[-1], dtype=np.uint32), np.empty(self.start[-1], dtype=np.int64)
         pair_kernels.fill_incidence(n_owned, self.first, self.second, self.wall_grain, self.start, self.incidence)
-        pair_kernels.sort_incidence(n_owned, self.first, self.second, ids, self.wall_key, self.start, self.incidence)
+        pair_kernels.sort_incidence(n_owned, self.first, self.second, ids, self.wall_key, self.start, self.incidence,
+                                     self.keys)
         self.out = np.zeros((9, self.n_pairs + len(self.wall_grain)))
 
     def attach(self, grains, rows):
