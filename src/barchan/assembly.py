@@ -124,6 +124,21 @@ class Assembly:
         self.grains.refresh_inverse()
         self._primed = False
 
+    @property
+    def is_listed(self):
+        """True while there is a neighbour list; otherwise contact memory lies in ``put_away_rows``."""
+        return self._listed
+
+    @property
+    def is_primed(self):
+        """True if forces belong to the present positions."""
+        return self._primed
+
+    @property
+    def put_away_rows(self):
+        """Contact memory as rows of the grains, while there is no neighbour list."""
+        return self._rows
+
     def begin_change(self):
         """Take up what users wrote into fields, and put the neighbour list away; the next run makes it anew."""
         if self.note_edits(self.grains.take_edits()):
@@ -146,9 +161,9 @@ class Assembly:
             self.grains.refresh_inverse()
         return is_physical(edited)
 
-    def _take_down_list(self):
-        """Contact memory to rows of the grains; ghosts dropped."""
+    def _take_down_list(self, on_both=True):
+        """Contact memory to rows of the grains, of both grains of a pair unless none can leave this rank; ghosts dropped."""
         if self._listed:
-            self._rows = self.contacts.detach(self.grains.n, on_both=self.comm.size > 1)
+            self._rows = self.contacts.detach(self.grains.n, on_both)
             self.grains.drop_ghosts()
             self._listed = False

@@ -5,6 +5,7 @@ n-1/2.
 """
 
 import warnings
+from math import sqrt
 
 import numpy as np
 
@@ -96,7 +97,7 @@ class Simulation(Assembly):
 
     def rebuild(self):
         """Find the neighbours anew. Writes no physical field."""
-        self._take_down_list()                                                          # memory to rows; ghosts dropped
+        self._take_down_list(on_both=self.comm.size > 1)                                # memory to rows; ghosts dropped
         self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
         grid = self._grid(self._cutoff())
         self._sort_in_space(grid)
@@ -105,7 +106,6 @@ class Simulation(Assembly):
         self.contacts.attach(self.grains, self._rows)
         self.staleness.remember(self.step_number, self.grains.block("place"))
         self._walls_then = [wall.point.copy() for wall in self.walls]
-        self.staleness.note_speed(self._largest_speed(), self.skin, self.dt)
         self._listed, self._rows = True, None
 
     def compute_forces(self, dt):
@@ -115,7 +115,7 @@ class Simulation(Assembly):
         frame, stride = self.box.frame, np.uint32(len(self.materials))
         limits = (ALLOWED_OVERLAP, self.max_overlap)
         self.touching, large, too_large = self._loops.pair_forces(
-            contacts.first, contacts.second, *state, stride, self._table, contacts.history, contacts.out,
+            contacts.first, contacts.second, np.uint32(grains.n), *state, stride, self._table, contacts.history, contacts.out,
             frame.length, frame.half, dt, *limits)
         if len(contacts.wall_grain):
             for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
@@ -154,6 +154,19 @@ class Simulation(Assembly):
         if self.comm.size > 1:
             self.ghosts.update(grains, self.law.reads)
 
+    def load(self, state):
+        """Take up grains, contacts and counters of a ``checkpoint.State``; each rank keeps its own part."""
+        self.begin_change()
+        self.grains.keep(np.zeros(0, dtype=np.int64))
+        fields = dict(state.fields)
+        own = np.flatnonzero(self.topology.owner(fields["position"]) == self.comm.rank) if len(fields["id"]) else np.zeros(0, dtype=np.int64)
+        self.grains.append({name: values[own] for name, values in fields.items()})
+        self._rows = state.contacts.take(own)
+        self._primed = bool(state.about["forces_are_current"])
+        self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
+        self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
+        self.large_overlaps = int(state.about["large_overlaps"]) if self.comm.rank == 0 else 0
+
     # -- its parts ---------------------------------------------------------------------------------------------------
 
     def _kick_drift_wrap(self):
@@ -164,16 +177,17 @@ class Simulation(Assembly):
 
     def _is_stale(self, displacement):
         """Whether to rebuild, and whether any rank has to stop: one reduction decides both for all ranks."""
-        farthest, *extents, bad = displacement
+        farthest, *extents, fastest, bad = displacement
         if bad and self._fault is None:
             self._fault = preflight.bad_grain(self)
         for wall, then in zip(self.walls, self._walls_then if self._listed else []):
             travel = wall.point - then
             farthest = max(farthest, float((travel**2).sum()))
             extents = [max(e, t) for e, t in zip(extents, np.stack([travel, -travel], axis=1).ravel())]
-        farthest, *extents, fault = self.comm.maximum([farthest, *extents, float(self._fault is not None)])
+        farthest, *extents, fastest, fault = self.comm.maximum([farthest, *extents, fastest, float(self._fault is not None)])
         if fault:
             self._stop()
+        self.staleness.note_speed(sqrt(fastest), self.skin, self.dt)
         return self.staleness.is_stale(self.step_number, farthest, extents, self.skin)
 
     def _note_faults(self, large, too_large, not_finite):
@@ -221,9 +235,6 @@ class Simulation(Assembly):
     def _largest_radius(self):
         radius = self.grains.view("radius")
         return float(self.comm.maximum([radius.max() if len(radius) else 0.0])[0])
-
-    def _largest_speed(self):
-        return float(self.comm.maximum([integrate.largest_square(self.grains.block("motion"))])[0]) ** 0.5
 
     def _cutoff(self):
         return 2.0 * self._largest_radius() + self.skin

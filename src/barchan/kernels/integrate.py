@@ -33,8 +33,8 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, l
 
     ``place``, ``motion``, ``spin`` and ``image`` are modified. ``reference``: positions at the last rebuild.
 
-    Returns (largest square of the displacement since the rebuild, largest displacement along x, -x, y, -y, z, -z, grains
-    outside the box or not finite).
+    Returns (largest square of the displacement since the rebuild, largest displacement along x, -x, y, -y, z, -z, largest
+    square of a velocity, grains outside the box or not finite).
     """
     farthest = 0.0
     east = -1e300
@@ -43,6 +43,7 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, l
     south = -1e300
     up = -1e300
     down = -1e300
+    fastest = 0.0
     bad = 0
     for i in prange(force.shape[0]):
         inside = True
@@ -64,13 +65,5 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, l
         south = max(south, -dy)
         up = max(up, dz)
         down = max(down, -dz)
-    return farthest, east, west, north, south, up, down, bad
-
-
-@kernel(parallel=True)
-def largest_square(rows):
-    """Largest square of the first three columns, over all rows."""
-    largest = 0.0
-    for i in prange(rows.shape[0]):
-        largest = max(largest, rows[i, 0] * rows[i, 0] + rows[i, 1] * rows[i, 1] + rows[i, 2] * rows[i, 2])
-    return largest
+        fastest = max(fastest, motion[i, 0] * motion[i, 0] + motion[i, 1] * motion[i, 1] + motion[i, 2] * motion[i, 2])
+    return farthest, east, west, north, south, up, down, fastest, bad

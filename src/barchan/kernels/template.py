@@ -56,10 +56,10 @@ def contact(overlap, distance, nx, ny, nz, hx, hy, hz, radius_first, radius_seco
 
 
 @kernel(parallel=True)
-def pair_forces(first, second, place, motion, spin, material, stride, table, history, out, box_length, box_half, dt,
+def pair_forces(first, second, n_owned, place, motion, spin, material, stride, table, history, out, box_length, box_half, dt,
                 allowed_overlap, max_overlap):
     """Forces of all pairs of grains. ``history`` and ``out`` are modified. Returns (touching, above the allowed overlap,
-    above the largest)."""
+    above the largest); a pair across two ranks is counted by the owner of its first grain."""
     length_x, length_y, length_z = box_length[0], box_length[1], box_length[2]
     half_x, half_y, half_z = box_half[0], box_half[1], box_half[2]
     {hoisted}
@@ -100,8 +100,8 @@ def pair_forces(first, second, place, motion, spin, material, stride, table, his
         out[7, k] = pjy if touches else 0.0
         out[8, k] = pjz if touches else 0.0
         {keep_history}
-        relative = overlap / (2.0 * min(ri, rj))
-        touching += 1 if touches else 0
+        relative = overlap / (2.0 * min(ri, rj)) if i < n_owned else 0.0
+        touching += 1 if relative > 0.0 else 0
         large += 1 if relative > allowed_overlap else 0
         too_large += 1 if relative > max_overlap else 0
     return touching, large, too_large

@@ -1,0 +1,53 @@
+"""Compiles everything that a scene needs before its first step, so that the wait is announced and paid once."""
+
+import warnings
+
+from barchan.domain import Box
+from barchan.kernels.compiler import cache_root, fingerprint
+from barchan.kernels.generate import make_loops
+from barchan.laws import SHIPPED
+from barchan.materials import Material
+from barchan.parallel import Serial
+from barchan.simulation import Simulation
+from barchan.walls import Plane
+
+
+def is_compiled(law, uniform):
+    """True if the loops of ``law`` were compiled on this machine before."""
+    return _marker(law, uniform).exists()
+
+
+def compile_law(law, materials, announce=None):
+    """Compile all kernels that a scene with ``law`` and ``materials`` calls, unless they are in the cache.
+
+    Two grains that touch each other and a wall are moved by two steps; that calls them all.
+
+    Args:
+        announce: function called with one line of text if there is something to compile.
+    """
+    uniform = len(materials) == 1
+    if is_compiled(law, uniform):
+        return
+    if announce:
+        announce(f"compiling the loops of law '{law.name}' (first start on this machine, about 20 s)")
+    sim = Simulation(Box((0, 0, 0), (8, 8, 8)), law, materials, dt=1e-12, threads=1, comm=Serial())
+    sim.check_dt = False
+    sim.add_wall(Plane((0, 0, 0), (0, 0, 1), material=0))
+    sim.add_grains([(4, 4, 0.99), (5.99, 4, 0.99)], 1.0, material=0, mass=1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        sim.run(1)
+        sim.staleness.also_when = lambda step: True
+        sim.run(1)
+    _marker(law, uniform).touch()
+
+
+def _marker(law, uniform):
+    return cache_root() / fingerprint() / f"{make_loops(law, uniform).module.__name__}.compiled"
+
+
+def compile_shipped(announce=None):
+    """Compile all laws that come with barchan, for scenes with one material."""
+    values = {"youngs_modulus": 1.0, "poisson_ratio": 0.25, "friction": 0.5, "kn": 1.0, "kt": 1.0}
+    for law in SHIPPED.values():
+        compile_law(law, [Material("any", **{name: values[name] for name in law.properties if name in values})], announce)

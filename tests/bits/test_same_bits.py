@@ -1,0 +1,151 @@
+"""The state has the same bits for every number of threads and ranks, every moment of rebuild, and after stop and resume."""
+
+import warnings
+
+import numpy as np
+import pytest
+import states
+
+import barchan as bc
+from barchan.checkpoint import collect, restore, save
+from barchan.compare import differences
+from barchan.kernels import compiler
+from barchan.measure import contact_table
+from barchan.parallel import virtual_ranks
+
+STEPS = 120
+LAWS = list(bc.laws.SHIPPED.values())
+
+
+@pytest.fixture(autouse=True)
+def threads_even_for_few_grains(monkeypatch):
+    """Two threads share even these 600 grains, or the tests of threads would test nothing."""
+    monkeypatch.setattr(compiler, "GRAINS_PER_THREAD", 1)
+
+
+def at_random(seed):
+    """A rebuild in about every fourth step, at moments that depend on ``seed``."""
+    draws = np.random.default_rng(seed).random(10000) < 0.25
+    return lambda step: bool(draws[step])
+
+
+def final_state(law, threads=1, also_when=None, skin=None, steps=STEPS):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        sim = states.dense(law, threads=threads)
+        sim.staleness.also_when, sim.skin = also_when, skin
+        sim.run(steps)
+    return collect(sim)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """Law -> its final state on one thread and one rank with the default skin."""
+    known = {}
+
+    def of(law):
+        if law.name not in known:
+            known[law.name] = final_state(law)
+        return known[law.name]
+
+    return of
+
+
+def assert_same(first, second):
+    assert differences(first, second) == []
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+class TestSameBits:
+    def test_the_state_is_worth_testing(self, law):
+        """Coordination above 3, and contacts form, break and slide: otherwise equal bits would be no surprise."""
+        sim = states.dense(law)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim.prepare()
+            before = contact_table(sim)
+            sim.run(STEPS)
+        after = contact_table(sim)
+        pairs = [set(zip(t["first"].tolist(), t["second"].tolist())) for t in (before, after)]
+        assert 2 * len(pairs[1]) / sim.grains.n > 3
+        assert len(pairs[0] - pairs[1]) > 20 and len(pairs[1] - pairs[0]) > 20
+        assert any(second < 0 for _, second in pairs[1]), "some grains touch a wall"
+
+    @pytest.mark.parametrize("variant", ["every step", "at random", "wide skin"])
+    def test_moment_of_rebuild(self, law, variant, plain):
+        options = {"every step": {"also_when": lambda step: True}, "at random": {"also_when": at_random(3)}, "wide skin": {"skin": 0.9}}
+        assert_same(plain(law), final_state(law, **options[variant]))
+
+    def test_two_threads(self, law, plain):
+        assert_same(plain(law), final_state(law, threads=2))
+
+    @pytest.mark.parametrize("ranks", [2, 4])
+    def test_virtual_ranks(self, law, ranks, plain):
+        results = virtual_ranks(ranks, final_state, law)
+        assert_same(plain(law), results[0])
+
+    def test_ranks_threads_and_rebuilds_together(self, law, plain):
+        results = virtual_ranks(3, final_state, law, 2, at_random(5), 0.3)
+        assert_same(plain(law), results[2])
+
+    def test_run_in_two_parts(self, law, plain):
+        sim = states.dense(law)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim.run(STEPS // 3)
+            assert sim.grains.position.shape == (sim.grains.n, 3), "looking must not change a bit"
+            sim.run(STEPS - STEPS // 3)
+        assert_same(plain(law), collect(sim))
+
+    @pytest.mark.parametrize("ranks", [(1, 1), (1, 4), (3, 1), (2, 3)], ids=lambda r: f"{r[0]}-then-{r[1]}-ranks")
+    def test_stop_and_resume(self, law, ranks, plain, tmp_path):
+        """Also on another number of ranks than before."""
+        middle = tmp_path / "middle.h5"
+
+        def first_half():
+            sim = states.dense(law)
+            sim.run(STEPS // 2)
+            save(sim, middle)
+
+        def second_half():
+            sim = states.empty(law)
+            restore(sim, middle)
+            sim.run(STEPS - STEPS // 2)
+            return collect(sim)
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            virtual_ranks(ranks[0], first_half)
+            results = virtual_ranks(ranks[1], second_half)
+        assert_same(plain(law), results[0])
+
+
+def test_changes_between_runs_on_ranks_and_after_resume(tmp_path):
+    """Adding, removing, freezing and writing into fields between runs: the same on 1 and 3 ranks, saved in between or not."""
+    law = bc.laws.hertz_mindlin
+
+    def story(save_to):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim = states.dense(law)
+            sim.run(30)
+            newcomers = np.array([(1.0, 1.0, 3.0), (5.0, 4.0, 4.0)])
+            away = [sim.box.difference(sim.grains.position, point) for point in newcomers]
+            sim.remove(sim.grains.id[np.min([(d**2).sum(axis=1) for d in away], axis=0) < 0.9])
+            sim.add_grains(newcomers, 0.5, "m1", velocity=(0.0, 0.0, -3.0))
+            sim.freeze(np.arange(300, 320))
+            sim.grains.velocity[sim.grains.id == 250] = (0.1, -0.2, 0.3)
+            if save_to is not None:
+                save(sim, save_to)
+                sim = states.empty(law)
+                restore(sim, save_to)
+            sim.run(40)
+            sim.release(np.arange(300, 310))
+            sim.grains.position[:, 2] += 0.01
+            sim.run(40)
+            return collect(sim)
+
+    straight = story(None)
+    assert_same(straight, story(tmp_path / "one.h5"))
+    assert_same(straight, virtual_ranks(3, story, None)[1])
+    assert_same(straight, virtual_ranks(2, story, tmp_path / "two.h5")[0])
