@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 from barchan.errors import CheckpointError
-from barchan.kernels.generate import source_hash
+from barchan.kernels.provenance import source_hash
 from barchan.neighbors.rows import ContactRows
 
 FORMAT = 1

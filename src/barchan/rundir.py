@@ -30,6 +30,8 @@ class RunDirectory:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise SceneError(f"run directory {self.path} is in use by another run; wait for it or choose another --out") from None
+        for unfinished in (*self.path.glob(".*.partial"), *self.checkpoints.glob(".*.partial")):
+            unfinished.unlink(missing_ok=True)  # left by a run that was killed while it wrote
 
     @property
     def scene_file(self):

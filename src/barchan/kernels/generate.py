@@ -153,10 +153,3 @@ def make_loops(law, uniform):
         spec.loader.exec_module(module)
     module = sys.modules[name]
     return Loops(module.pair_forces, module.wall_forces, module)
-
-
-def source_hash(function):
-    """Hash of the source of a law or of a function of time, with all helpers that it uses."""
-    plain = types.SimpleNamespace(name=getattr(function, "__name__", "function"), function=_plain(function))
-    sources = _Sources(plain)
-    return hashlib.sha256("\n".join([*sources.imports, *sources.parts]).encode()).hexdigest()

@@ -1,0 +1,26 @@
+"""Every shipped law runs in vector lanes: asserted on the machine code."""
+
+import pytest
+
+import barchan as bc
+from barchan.testing import packed_square_roots
+
+
+@pytest.mark.parametrize("uniform", [True, False], ids=["one material", "several materials"])
+@pytest.mark.parametrize("law", bc.laws.SHIPPED.values(), ids=lambda law: law.name)
+def test_the_loop_has_packed_square_roots(law, uniform):
+    assert packed_square_roots(law, uniform) > 0
+
+
+def test_a_loop_that_is_not_vectorised_is_noticed():
+    """A law with a loop of its own cannot be put into lanes."""
+    @bc.law(properties={"kn": "force/length"})
+    def iterates(overlap, kn):
+        total = 0.0
+        depth = overlap
+        while depth > 1e-9:
+            total += kn * depth
+            depth *= 0.5
+        return total, (0.0, 0.0, 0.0)
+
+    assert packed_square_roots(iterates) == 0
