@@ -12,4 +12,17 @@ from barchan.walls import Plane
 
 __version__ = VERSION
 
-__all__ = ["At", "BarchanError", "Box", "Every", "Law", "Material", "Plane", "Property", "Simulation", "__version__", "law", "laws"]
+__all__ = [
+    "At",
+    "BarchanError",
+    "Box",
+    "Every",
+    "Law",
+    "Material",
+    "Plane",
+    "Property",
+    "Simulation",
+    "__version__",
+    "law",
+    "laws",
+]

@@ -20,7 +20,9 @@ class Assembly:
         if not isinstance(box, Box):
             raise SceneError(f"box = {box!r} must be a barchan.Box")
         if not isinstance(law, Law):
-            raise SceneError(f"law = {law!r} must be a law, such as barchan.laws.hertz_mindlin or a function decorated with @barchan.law")
+            raise SceneError(
+                f"law = {law!r} must be a law, such as barchan.laws.hertz_mindlin or a function decorated with @barchan.law"
+            )
         self.box, self.law, self.materials = box, law, Materials(materials)
         self.comm = comm or world()
         self.topology = Bricks(box, self.comm.size)
@@ -52,7 +54,15 @@ class Assembly:
         folded, image = self.box.wrap(position)
         number = self.materials.index(material)
         values = self._sphere(len(position), radius, number, fields)
-        values |= {"position": folded, "image": image, "velocity": velocity, "omega": omega, "frozen": frozen, "material": number, **fields}
+        values |= {
+            "position": folded,
+            "image": image,
+            "velocity": velocity,
+            "omega": omega,
+            "frozen": frozen,
+            "material": number,
+            **fields,
+        }
         ids = self.next_id + np.arange(len(position))
         own = self.topology.owner(folded) == self.comm.rank if len(folded) else np.zeros(0, dtype=bool)
         chosen = {"id": ids[own]}
@@ -69,7 +79,9 @@ class Assembly:
         radius = self._column("radius", radius, count)
         density = self.materials.list[material].density
         if density is None and "mass" not in fields:
-            raise SceneError(f"add_grains: material '{self.materials.list[material].name}' has no density; give it one, or give mass")
+            raise SceneError(
+                f"add_grains: material '{self.materials.list[material].name}' has no density; give it one, or give mass"
+            )
         mass = self._column("mass", fields["mass"], count) if "mass" in fields else 4.0 / 3.0 * np.pi * radius**3 * density
         return {"radius": radius, "mass": mass, "inertia": 0.4 * mass * radius**2}
 

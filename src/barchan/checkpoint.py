@@ -49,13 +49,29 @@ def _about(sim):
     gravity = {"hash": source_hash(sim.gravity)} if callable(sim.gravity) else {"value": [float(g) for g in sim.gravity]}
     user = [f for f in sim.grains.saved_fields() if f.block.startswith("user_")]
     return {
-        "format": FORMAT, "step": sim.step_number, "time": sim.time, "dt": sim.dt, "next_id": sim.next_id,
-        "forces_are_current": sim.is_primed, "large_overlaps": int(sim.comm.sum([sim.large_overlaps])[0]), "notes": sim.notes, "gravity": gravity,
+        "format": FORMAT,
+        "step": sim.step_number,
+        "time": sim.time,
+        "dt": sim.dt,
+        "next_id": sim.next_id,
+        "forces_are_current": sim.is_primed,
+        "large_overlaps": int(sim.comm.sum([sim.large_overlaps])[0]),
+        "notes": sim.notes,
+        "gravity": gravity,
         "law": {"name": sim.law.name, "hash": source_hash(sim.law), "history": sim.law.history},
-        "materials": sim.materials.describe(), "walls": [wall.state() for wall in sim.walls],
+        "materials": sim.materials.describe(),
+        "walls": [wall.state() for wall in sim.walls],
         "box": {"low": sim.box.low.tolist(), "high": sim.box.high.tolist(), "periodic": list(sim.box.periodic)},
-        "user_fields": [{"name": f.name, "width": f.width, "dtype": np.dtype(f.dtype).name, "default": float(f.default),
-                         "dimension": f.dimension} for f in user],
+        "user_fields": [
+            {
+                "name": f.name,
+                "width": f.width,
+                "dtype": np.dtype(f.dtype).name,
+                "default": float(f.default),
+                "dimension": f.dimension,
+            }
+            for f in user
+        ],
     }
 
 
@@ -124,8 +140,9 @@ def read_state(path):
         state = State(about, fields, contacts)
         sound = isinstance(about, dict) and _checksum(state) == expected
     except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError, MemoryError) as error:
-        raise CheckpointError(f"checkpoint {path} cannot be read ({error}); it is cut, altered or no checkpoint of barchan. "
-                              f"Use the one before it") from None
+        raise CheckpointError(
+            f"checkpoint {path} cannot be read ({error}); it is cut, altered or no checkpoint of barchan. Use the one before it"
+        ) from None
     if not sound:
         raise CheckpointError(f"checkpoint {path}: its checksum is wrong; it was cut or altered. Use the one before it")
     if about.get("format") != FORMAT:
@@ -146,14 +163,20 @@ def restore(sim, path):
     now = _about(sim)
     for what in ("law", "materials", "box"):
         if json.dumps(now[what], sort_keys=True) != json.dumps(about[what], sort_keys=True):
-            raise CheckpointError(f"checkpoint {path} belongs to another scene: its {what} is {about[what]}, here it is {now[what]}")
+            raise CheckpointError(
+                f"checkpoint {path} belongs to another scene: its {what} is {about[what]}, here it is {now[what]}"
+            )
     if [w["kind"] for w in now["walls"]] != [w["kind"] for w in about["walls"]]:
-        raise CheckpointError(f"checkpoint {path} has the walls {[w['kind'] for w in about['walls']]}, here there are "
-                              f"{[w['kind'] for w in now['walls']]}; add the same walls in the same order before restoring")
+        raise CheckpointError(
+            f"checkpoint {path} has the walls {[w['kind'] for w in about['walls']]}, here there are "
+            f"{[w['kind'] for w in now['walls']]}; add the same walls in the same order before restoring"
+        )
     if "hash" in about["gravity"] or callable(sim.gravity):
         if about["gravity"] != now["gravity"]:
-            raise CheckpointError(f"checkpoint {path}: gravity was {about['gravity']}, here it is {now['gravity']}; "
-                                  f"a changed function of time cannot continue the run")
+            raise CheckpointError(
+                f"checkpoint {path}: gravity was {about['gravity']}, here it is {now['gravity']}; "
+                f"a changed function of time cannot continue the run"
+            )
     else:
         sim.gravity = tuple(about["gravity"]["value"])
     for wall, wall_state in zip(sim.walls, about["walls"]):
@@ -183,7 +206,7 @@ class Checkpoints:
         sim.comm.barrier()
         save(sim, self.directory / f"checkpoint_{sim.step_number:012d}.h5")
         if sim.comm.rank == 0:
-            for old in all_checkpoints(self.directory)[:-self.keep]:
+            for old in all_checkpoints(self.directory)[: -self.keep]:
                 old.unlink(missing_ok=True)
 
 

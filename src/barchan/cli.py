@@ -8,8 +8,12 @@ import typer
 
 from barchan.errors import BarchanError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
-                  help="Granular flow and bonded grains, from a laptop to a cluster.")
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Granular flow and bonded grains, from a laptop to a cluster.",
+)
 run_app = typer.Typer(no_args_is_help=True, help="Run an experiment.")
 app.add_typer(run_app, name="run")
 

@@ -38,8 +38,10 @@ def _difference(name, a, b, labels):
         return None
     apart = np.abs(a.astype(np.float64) - b.astype(np.float64)).reshape(len(a), -1).max(axis=1)
     worst = int(np.argmax(np.where(different, np.nan_to_num(apart, nan=np.inf), -1.0)))
-    return (f"{name}: {int(different.sum())} of {len(a)} differ; most at {labels(worst)}: {a[worst].tolist()} against "
-            f"{b[worst].tolist()}, by {apart[worst]:.3g}")
+    return (
+        f"{name}: {int(different.sum())} of {len(a)} differ; most at {labels(worst)}: {a[worst].tolist()} against "
+        f"{b[worst].tolist()}, by {apart[worst]:.3g}"
+    )
 
 
 def differences(first, second):

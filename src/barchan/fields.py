@@ -36,7 +36,9 @@ TABLE = (
     Field("velocity", np.float64, 3, "length/time", 0.0, "motion", 0, True, True, help="velocity at the half step n-1/2"),
     Field("inverse_mass", np.float64, 1, "1/mass", 0.0, "motion", 3, True, saved=False, help="1/mass; 0 when frozen"),
     Field("omega", np.float64, 3, "1/time", 0.0, "spin", 0, True, True, help="angular velocity at the half step n-1/2"),
-    Field("inverse_inertia", np.float64, 1, "1/(mass length^2)", 0.0, "spin", 3, True, saved=False, help="1/inertia; 0 when frozen"),
+    Field(
+        "inverse_inertia", np.float64, 1, "1/(mass length^2)", 0.0, "spin", 3, True, saved=False, help="1/inertia; 0 when frozen"
+    ),
     Field("id", np.int64, 1, "1", -1, "id", ghosted=True, help="stable number, never used again"),
     Field("material", np.uint32, 1, "1", 0, "material", ghosted=True, help="index into the list of materials"),
     Field("frozen", np.uint8, 1, "1", 0, "frozen", ghosted=True, help="1: immobile, moves only as told"),

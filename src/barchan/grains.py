@@ -44,8 +44,10 @@ class Grains:
             self.__dict__[name] = value
             return
         if name not in self._fields:
-            raise SceneError(f"grains have no field '{name}'; they have: {', '.join(self._fields)}. "
-                             f"Declare a new one with Simulation.add_field('{name}')")
+            raise SceneError(
+                f"grains have no field '{name}'; they have: {', '.join(self._fields)}. "
+                f"Declare a new one with Simulation.add_field('{name}')"
+            )
         getattr(self, name)[...] = value
 
     def row_of(self, ids):
@@ -61,8 +63,10 @@ class Grains:
         rows = order[place] if self.n else np.zeros(ids.shape, dtype=np.int64)
         if self.n == 0 or (own[rows] != ids).any():
             absent = ids if self.n == 0 else ids[own[rows] != ids]
-            raise SceneError(f"no grain has id {np.atleast_1d(absent)[:5].tolist()} here; ids run from "
-                             f"{own.min() if self.n else '-'} to {own.max() if self.n else '-'}")
+            raise SceneError(
+                f"no grain has id {np.atleast_1d(absent)[:5].tolist()} here; ids run from "
+                f"{own.min() if self.n else '-'} to {own.max() if self.n else '-'}"
+            )
         return rows
 
     def sorted_by_id(self, name):
@@ -85,7 +89,7 @@ class Grains:
         rows = self.block(field.block, ghosts)
         if rows.ndim == 1:
             return rows
-        return rows[:, field.column:field.column + field.width] if field.width > 1 else rows[:, field.column]
+        return rows[:, field.column : field.column + field.width] if field.width > 1 else rows[:, field.column]
 
     def block(self, name, ghosts=False):
         """The array behind some fields, of owned rows or of all."""
@@ -152,7 +156,7 @@ class Grains:
         end = self.n + self.n_ghost
         self.reserve(end + count)
         for name, rows in blocks.items():
-            self._blocks[name][end:end + count] = rows
+            self._blocks[name][end : end + count] = rows
         if ghost:
             self.n_ghost += count
         else:
@@ -160,7 +164,7 @@ class Grains:
 
     def keep(self, rows):
         """Keep the owned rows given, in that order, and nothing else."""
-        for name, block in self._blocks.items():
+        for block in self._blocks.values():
             block[: len(rows)] = block[rows]
         self.n, self.n_ghost = len(rows), 0
 

@@ -16,10 +16,22 @@ _SAFE = 0.17
 
 def stiffness(law, parameters, radius, mass, overlap):
     """Normal stiffness of a contact of two equal grains, by finite difference of the law [force/length]."""
+
     def force(depth):
-        values = {"overlap": depth, "distance": 2.0 * radius - depth, "normal": (1.0, 0.0, 0.0), "normal_half": (1.0, 0.0, 0.0),
-                  "normal_velocity": 0.0, "tangential_velocity": (0.0, 0.0, 0.0), "slip_velocity_half": (0.0, 0.0, 0.0),
-                  "radius_first": radius, "radius_second": radius, "radius_eff": 0.5 * radius, "mass_eff": 0.5 * mass, "dt": 0.0}
+        values = {
+            "overlap": depth,
+            "distance": 2.0 * radius - depth,
+            "normal": (1.0, 0.0, 0.0),
+            "normal_half": (1.0, 0.0, 0.0),
+            "normal_velocity": 0.0,
+            "tangential_velocity": (0.0, 0.0, 0.0),
+            "slip_velocity_half": (0.0, 0.0, 0.0),
+            "radius_first": radius,
+            "radius_second": radius,
+            "radius_eff": 0.5 * radius,
+            "mass_eff": 0.5 * mass,
+            "dt": 0.0,
+        }
         values = {name: values[name] for name in law.quantities}
         values |= dict(zip(law.parameters, parameters))
         values |= {name: (0.0, 0.0, 0.0) if width == 3 else 0.0 for name, width in law.history.items()}
@@ -59,21 +71,29 @@ def check_grains(sim):
         values = grains.view(name)
         rows = np.flatnonzero(~np.isfinite(values).reshape(grains.n, -1).all(axis=1)) if grains.n else []
         if len(rows):
-            raise SceneError(f"grain {grains.view('id')[rows[0]]}: {name} = {values[rows[0]].tolist()} "
-                             f"[{grains.field(name).dimension}] is not finite ({len(rows)} such grains)")
+            raise SceneError(
+                f"grain {grains.view('id')[rows[0]]}: {name} = {values[rows[0]].tolist()} "
+                f"[{grains.field(name).dimension}] is not finite ({len(rows)} such grains)"
+            )
     for name in ("radius", "mass", "inertia"):
         rows = np.flatnonzero(grains.view(name) <= 0.0)
         if len(rows):
-            raise SceneError(f"grain {grains.view('id')[rows[0]]}: {name} = {grains.view(name)[rows[0]]:g} "
-                             f"[{grains.field(name).dimension}] must be > 0 ({len(rows)} such grains)")
+            raise SceneError(
+                f"grain {grains.view('id')[rows[0]]}: {name} = {grains.view(name)[rows[0]]:g} "
+                f"[{grains.field(name).dimension}] must be > 0 ({len(rows)} such grains)"
+            )
     rows = np.flatnonzero(grains.view("material") >= len(sim.materials))
     if len(rows):
-        raise SceneError(f"grain {grains.view('id')[rows[0]]}: material number {grains.view('material')[rows[0]]} does not "
-                         f"exist; the scene has {len(sim.materials)} material(s), numbered from 0")
+        raise SceneError(
+            f"grain {grains.view('id')[rows[0]]}: material number {grains.view('material')[rows[0]]} does not "
+            f"exist; the scene has {len(sim.materials)} material(s), numbered from 0"
+        )
     rows = np.flatnonzero(sim.box.outside(grains.view("position")))
     if len(rows):
-        raise SceneError(f"grain {grains.view('id')[rows[0]]} at {grains.view('position')[rows[0]].tolist()} lies outside the box "
-                         f"{sim.box.low.tolist()} to {sim.box.high.tolist()} [length] ({len(rows)} such grains)")
+        raise SceneError(
+            f"grain {grains.view('id')[rows[0]]} at {grains.view('position')[rows[0]].tolist()} lies outside the box "
+            f"{sim.box.low.tolist()} to {sim.box.high.tolist()} [length] ({len(rows)} such grains)"
+        )
 
 
 def check_box(sim, cutoff):
@@ -84,8 +104,10 @@ def check_box(sim, cutoff):
     """
     for axis in range(3):
         if sim.box.periodic[axis] and sim.box.length[axis] < 2.0 * cutoff:
-            raise SceneError(f"box: its period along {'xyz'[axis]} is {sim.box.length[axis]:g} [length]; it must be at least two "
-                             f"cut-offs, {2.0 * cutoff:g} (largest diameter + skin, twice). Widen the box or lower the skin")
+            raise SceneError(
+                f"box: its period along {'xyz'[axis]} is {sim.box.length[axis]:g} [length]; it must be at least two "
+                f"cut-offs, {2.0 * cutoff:g} (largest diameter + skin, twice). Widen the box or lower the skin"
+            )
 
 
 def check_time_step(sim, stable):
@@ -95,8 +117,10 @@ def check_time_step(sim, stable):
         SceneError: naming both.
     """
     if sim.dt > stable:
-        raise SceneError(f"dt = {sim.dt:g} [time] is above the stable time step {stable:g} (0.17 sqrt(m/k) of the lightest, stiffest "
-                         f"contact at 5 % overlap). Use a smaller dt or a softer material")
+        raise SceneError(
+            f"dt = {sim.dt:g} [time] is above the stable time step {stable:g} (0.17 sqrt(m/k) of the lightest, stiffest "
+            f"contact at 5 % overlap). Use a smaller dt or a softer material"
+        )
 
 
 def bad_grain(sim):
@@ -107,22 +131,30 @@ def bad_grain(sim):
     if not len(rows):
         return None
     row = rows[0]
-    where = (f"grain {grains.view('id')[row]} at {position[row].tolist()}, velocity {grains.view('velocity')[row].tolist()}, "
-             f"step {sim.step_number}, t = {sim.time:g}")
+    where = (
+        f"grain {grains.view('id')[row]} at {position[row].tolist()}, velocity {grains.view('velocity')[row].tolist()}, "
+        f"step {sim.step_number}, t = {sim.time:g}"
+    )
     if not np.isfinite(position[row]).all():
-        return NotFiniteError(f"{where}: its position is not finite. Likely cause: an overlap or a force that is far too large; "
-                              f"look at the last checkpoint, use a smaller dt")
-    return LostGrainError(f"{where}: it left the box {sim.box.low.tolist()} to {sim.box.high.tolist()} through a face that is not "
-                          f"periodic ({len(rows)} such grains). Likely cause: a missing wall, or a grain shot out of a large overlap")
+        return NotFiniteError(
+            f"{where}: its position is not finite. Likely cause: an overlap or a force that is far too large; "
+            f"look at the last checkpoint, use a smaller dt"
+        )
+    return LostGrainError(
+        f"{where}: it left the box {sim.box.low.tolist()} to {sim.box.high.tolist()} through a face that is not "
+        f"periodic ({len(rows)} such grains). Likely cause: a missing wall, or a grain shot out of a large overlap"
+    )
 
 
 def bad_force(sim):
     """The error for a force that is not finite."""
     grains = sim.grains
     row = np.flatnonzero(~np.isfinite(grains.view("force") + grains.view("torque")).all(axis=1))[0]
-    return NotFiniteError(f"grain {grains.view('id')[row]} at {grains.view('position')[row].tolist()}, step {sim.step_number}: its force "
-                          f"{grains.view('force')[row].tolist()} is not finite. Likely cause: two grains at the same place, or a law "
-                          f"that divides by zero")
+    return NotFiniteError(
+        f"grain {grains.view('id')[row]} at {grains.view('position')[row].tolist()}, step {sim.step_number}: its force "
+        f"{grains.view('force')[row].tolist()} is not finite. Likely cause: two grains at the same place, or a law "
+        f"that divides by zero"
+    )
 
 
 def too_large_overlap(sim):
@@ -131,7 +163,9 @@ def too_large_overlap(sim):
     deepest = int(np.argmax(table["relative_overlap"]))
     first, second = table["first"][deepest], table["second"][deepest]
     partner = f"grain {second}" if second >= 0 else f"wall {-second - 1}"
-    return OverlapError(f"grain {first} and {partner} at {table['point'][deepest].tolist()}, step {sim.step_number}: overlap "
-                        f"{table['overlap'][deepest]:g} [length] is {100 * table['relative_overlap'][deepest]:.1f} % of the smaller "
-                        f"diameter; allowed are {100 * sim.max_overlap:g} % (max_overlap). Use a stiffer material or a smaller dt, "
-                        f"move grains apart at the start, or raise max_overlap")
+    return OverlapError(
+        f"grain {first} and {partner} at {table['point'][deepest].tolist()}, step {sim.step_number}: overlap "
+        f"{table['overlap'][deepest]:g} [length] is {100 * table['relative_overlap'][deepest]:.1f} % of the smaller "
+        f"diameter; allowed are {100 * sim.max_overlap:g} % (max_overlap). Use a stiffer material or a smaller dt, "
+        f"move grains apart at the start, or raise max_overlap"
+    )

@@ -38,8 +38,10 @@ class ProgressLine:
             return
         rate = self.done / max(now - self.began, 1e-9)
         left = (self.steps - self.done) / rate
-        text = (f"step {sim.step_number:,}  t = {sim.time:.4g}  {rate:,.0f} steps/s  {rate * sim.grains.n:.3g} grain-steps/s  "
-                f"{_clock(left)} left")
+        text = (
+            f"step {sim.step_number:,}  t = {sim.time:.4g}  {rate:,.0f} steps/s  {rate * sim.grains.n:.3g} grain-steps/s  "
+            f"{_clock(left)} left"
+        )
         if self._bar:
             self._bar.update(self._task, completed=self.done, text=text)
         else:

@@ -23,7 +23,7 @@ class RunDirectory:
         self.path = Path(path)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            self._lock = open(self.path / ".lock", "w")  # noqa: SIM115 held until the process ends
+            self._lock = open(self.path / ".lock", "w")
         except OSError as error:
             raise SceneError(f"run directory {self.path} cannot be written: {error}") from None
         try:
@@ -53,8 +53,10 @@ class RunDirectory:
             there = type(scene).read(self.scene_file)
             if there != scene:
                 changed = [n for n in type(scene).model_fields if getattr(there, n) != getattr(scene, n)]
-                raise SceneError(f"run directory {self.path} holds another scene (it differs in {', '.join(changed)}). "
-                                 f"Use --resume {self.path} to continue that one, or choose another --out")
+                raise SceneError(
+                    f"run directory {self.path} holds another scene (it differs in {', '.join(changed)}). "
+                    f"Use --resume {self.path} to continue that one, or choose another --out"
+                )
             return
         try:
             scene.write(self.scene_file)

@@ -78,26 +78,26 @@ class Simulation(Assembly):
     def step(self):
         """One step of the leap-frog, equations (1) to (12)."""
         use_threads(self.threads, self.grains.n)
-        displacement = self._kick_drift_wrap()          # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
+        displacement = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
-            wall.move(self.dt)                          # walls: n -> n+1
+            wall.move(self.dt)  # walls: n -> n+1
         self.step_number += 1
         self.time += self.dt
         for action in self.actions:
             if action.due(self.step_number):
-                action.apply(self)                      # grains added, removed or changed at n+1
+                action.apply(self)  # grains added, removed or changed at n+1
         if self._is_stale(displacement) or not self._listed:
             self.rebuild()
         else:
             self.ghosts.update(self.grains, self.law.reads)
-        self.compute_forces(self.dt)                    # F, T and contact memory: n -> n+1, with v at n+1/2
+        self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
         for writer in self.writers:
             if writer.due(self.step_number):
                 writer.write(self)
 
     def rebuild(self):
         """Find the neighbours anew. Writes no physical field."""
-        self._take_down_list(on_both=self.comm.size > 1)                                # memory to rows; ghosts dropped
+        self._take_down_list(on_both=self.comm.size > 1)  # memory to rows; ghosts dropped
         self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
         grid = self._grid(self._cutoff())
         self._sort_in_space(grid)
@@ -111,18 +111,44 @@ class Simulation(Assembly):
     def compute_forces(self, dt):
         """Forces at the present positions; contact memory advances by ``dt`` (0: not at all)."""
         grains, contacts = self.grains, self.contacts
-        state = (grains.block("place", True), grains.block("motion", True), grains.block("spin", True), grains.block("material", True))
+        state = (
+            grains.block("place", True),
+            grains.block("motion", True),
+            grains.block("spin", True),
+            grains.block("material", True),
+        )
         frame, stride = self.box.frame, np.uint32(len(self.materials))
         limits = (ALLOWED_OVERLAP, self.max_overlap)
         self.touching, large, too_large = self._loops.pair_forces(
-            contacts.first, contacts.second, np.uint32(grains.n), *state, stride, self._table, contacts.history, contacts.out,
-            frame.length, frame.half, dt, *limits)
+            contacts.first,
+            contacts.second,
+            np.uint32(grains.n),
+            *state,
+            stride,
+            self._table,
+            contacts.history,
+            contacts.out,
+            frame.length,
+            frame.half,
+            dt,
+            *limits,
+        )
         if len(contacts.wall_grain):
             for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
                 wall.measure(contacts, grains, begin, end)
             counts = self._loops.wall_forces(
-                contacts.wall_grain, contacts.surface, *state, contacts.wall_material, stride, self._table,
-                contacts.history, contacts.out, contacts.n_pairs, dt, *limits)
+                contacts.wall_grain,
+                contacts.surface,
+                *state,
+                contacts.wall_material,
+                stride,
+                self._table,
+                contacts.history,
+                contacts.out,
+                contacts.n_pairs,
+                dt,
+                *limits,
+            )
             self.touching, large, too_large = self.touching + counts[0], large + counts[1], too_large + counts[2]
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
         self._note_faults(large, too_large, not_finite)
@@ -159,7 +185,11 @@ class Simulation(Assembly):
         self.begin_change()
         self.grains.keep(np.zeros(0, dtype=np.int64))
         fields = dict(state.fields)
-        own = np.flatnonzero(self.topology.owner(fields["position"]) == self.comm.rank) if len(fields["id"]) else np.zeros(0, dtype=np.int64)
+        own = (
+            np.flatnonzero(self.topology.owner(fields["position"]) == self.comm.rank)
+            if len(fields["id"])
+            else np.zeros(0, dtype=np.int64)
+        )
         self.grains.append({name: values[own] for name, values in fields.items()})
         self._rows = state.contacts.take(own)
         self._primed = bool(state.about["forces_are_current"])
@@ -172,8 +202,18 @@ class Simulation(Assembly):
     def _kick_drift_wrap(self):
         grains, frame = self.grains, self.box.frame
         return integrate.kick_drift_wrap(
-            grains.block("place"), grains.block("motion"), grains.block("spin"), grains.block("image"), grains.block("force"),
-            grains.block("torque"), self.staleness.reference, frame.low, frame.length, frame.half, self.dt)
+            grains.block("place"),
+            grains.block("motion"),
+            grains.block("spin"),
+            grains.block("image"),
+            grains.block("force"),
+            grains.block("torque"),
+            self.staleness.reference,
+            frame.low,
+            frame.length,
+            frame.half,
+            self.dt,
+        )
 
     def _is_stale(self, displacement):
         """Whether to rebuild, and whether any rank has to stop: one reduction decides both for all ranks."""
@@ -196,8 +236,11 @@ class Simulation(Assembly):
         elif too_large:
             self._fault = preflight.too_large_overlap(self)
         if large and not self.large_overlaps:
-            warnings.warn(f"step {self.step_number}: {large} contact(s) overlap by more than {100 * ALLOWED_OVERLAP:g} % of the smaller "
-                          f"diameter; a stiffer material or a smaller dt is closer to hard grains", stacklevel=2)
+            warnings.warn(
+                f"step {self.step_number}: {large} contact(s) overlap by more than {100 * ALLOWED_OVERLAP:g} % of the smaller "
+                f"diameter; a stiffer material or a smaller dt is closer to hard grains",
+                stacklevel=2,
+            )
         self.large_overlaps += large
 
     def _agree_on_faults(self):
@@ -224,7 +267,9 @@ class Simulation(Assembly):
             self._loops = make_loops(self.law, len(self.materials) == 1)
             preflight.check_grains(self)
             if self.check_dt:
-                preflight.check_time_step(self, preflight.stable_time_step(self.law, self._table, self.grains, len(self.materials)))
+                preflight.check_time_step(
+                    self, preflight.stable_time_step(self.law, self._table, self.grains, len(self.materials))
+                )
         except SceneError as error:
             fault = error
         raise_together(self.comm, fault)

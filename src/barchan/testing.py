@@ -70,8 +70,15 @@ class _Bench:
         sim = Simulation(Box((-half,) * 3, (half,) * 3), self.law, self.material, dt, threads=1, comm=Serial())
         sim.check_dt = False
         heading = np.array([np.cos(angle), np.sin(angle), 0.0])
-        grains = [((-1.0001 * reach, 0.0, 0.0), self.radius, speed * heading, (0.3 * speed / self.radius, 0.0, 0.2 * speed / self.radius)),
-                  ((0.0, 0.0, 0.0), self.radius * ratio, np.zeros(3), np.zeros(3))]
+        grains = [
+            (
+                (-1.0001 * reach, 0.0, 0.0),
+                self.radius,
+                speed * heading,
+                (0.3 * speed / self.radius, 0.0, 0.2 * speed / self.radius),
+            ),
+            ((0.0, 0.0, 0.0), self.radius * ratio, np.zeros(3), np.zeros(3)),
+        ]
         for position, radius, velocity, omega in reversed(grains) if swapped else grains:
             sim.add_grains([position], radius, velocity=velocity, omega=omega)
         return sim
@@ -85,9 +92,20 @@ class _Bench:
     def call(self, overlap, vn=0.0, vt=(0.0, 0.0, 0.0), memory=0.0):
         """The plain function on one contact; returns all numbers of its result."""
         mass = 4.0 / 3.0 * np.pi * self.radius**3 * self.material.density
-        values = {"overlap": overlap, "distance": 2.0 * self.radius - overlap, "normal": (1.0, 0.0, 0.0), "normal_half": (1.0, 0.0, 0.0),
-                  "normal_velocity": vn, "tangential_velocity": vt, "slip_velocity_half": vt, "radius_first": self.radius,
-                  "radius_second": self.radius, "radius_eff": 0.5 * self.radius, "mass_eff": 0.5 * mass, "dt": self.dt}
+        values = {
+            "overlap": overlap,
+            "distance": 2.0 * self.radius - overlap,
+            "normal": (1.0, 0.0, 0.0),
+            "normal_half": (1.0, 0.0, 0.0),
+            "normal_velocity": vn,
+            "tangential_velocity": vt,
+            "slip_velocity_half": vt,
+            "radius_first": self.radius,
+            "radius_second": self.radius,
+            "radius_eff": 0.5 * self.radius,
+            "mass_eff": 0.5 * mass,
+            "dt": self.dt,
+        }
         values = {name: values[name] for name in self.law.quantities}
         values |= dict(zip(self.law.parameters, self.table[:, 0]))
         values |= {name: (0.0, memory, 0.0) if width == 3 else memory for name, width in self.law.history.items()}
@@ -98,14 +116,24 @@ class _Bench:
 
 def _zero(bench):
     tiny, typical = (bench.call(depth * bench.radius)[0] for depth in (1e-12, 0.01))
-    return Check("zero at zero overlap", abs(tiny) <= 1e-4 * abs(typical), f"force {tiny:.3g} at 1e-12 R, {typical:.3g} at 0.01 R")
+    return Check(
+        "zero at zero overlap", abs(tiny) <= 1e-4 * abs(typical), f"force {tiny:.3g} at 1e-12 R, {typical:.3g} at 0.01 R"
+    )
 
 
 def _finite(bench):
     speeds = (0.0, -1e3 * bench.speed, 1e3 * bench.speed)
-    bad = [(d, vn, vt, m) for d in (1e-300, 1e-12, 0.01, 1.0) for vn in speeds for vt in speeds for m in (0.0, 1e-300, 1.0, -1e6)
-           if not all(isfinite(x) for x in _quietly(bench, d * bench.radius, vn, (0.0, vt, 0.0), m))]
-    return Check("finite everywhere", not bad, f"not finite at (overlap/R, v_n, v_t, memory) = {bad[0]}" if bad else "144 contacts")
+    bad = [
+        (d, vn, vt, m)
+        for d in (1e-300, 1e-12, 0.01, 1.0)
+        for vn in speeds
+        for vt in speeds
+        for m in (0.0, 1e-300, 1.0, -1e6)
+        if not all(isfinite(x) for x in _quietly(bench, d * bench.radius, vn, (0.0, vt, 0.0), m))
+    ]
+    return Check(
+        "finite everywhere", not bad, f"not finite at (overlap/R, v_n, v_t, memory) = {bad[0]}" if bad else "144 contacts"
+    )
 
 
 def _quietly(bench, *contact):
@@ -140,8 +168,10 @@ def _energy(bench):
 
 def _kinetic(sim):
     grains = sim.grains
-    return 0.5 * float((grains.view("mass") * (grains.view("velocity") ** 2).sum(axis=1)).sum()
-                       + (grains.view("inertia") * (grains.view("omega") ** 2).sum(axis=1)).sum())
+    return 0.5 * float(
+        (grains.view("mass") * (grains.view("velocity") ** 2).sum(axis=1)).sum()
+        + (grains.view("inertia") * (grains.view("omega") ** 2).sum(axis=1)).sum()
+    )
 
 
 def packed_square_roots(law, uniform=True):
@@ -151,7 +181,26 @@ def packed_square_roots(law, uniform=True):
     fresh._cache = NullCache()
     rows, table, index = types.Array(types.float64, 2, "C"), types.Array(types.float64, 1, "C"), types.Array(types.uint32, 1, "C")
     number = types.float64
-    fresh.compile((index, index, types.uint32, rows, rows, rows, index, types.uint32, rows, rows, rows, table, table, number, number, number))
+    fresh.compile(
+        (
+            index,
+            index,
+            types.uint32,
+            rows,
+            rows,
+            rows,
+            index,
+            types.uint32,
+            rows,
+            rows,
+            rows,
+            table,
+            table,
+            number,
+            number,
+            number,
+        )
+    )
     assembly = "".join(result.library.get_asm_str() for result in fresh.overloads.values())
     return len(re.findall(r"\bv?sqrtpd\b|\bfsqrt\s+v\d+\.2d", assembly))
 

@@ -16,6 +16,7 @@ class Every:
         self.period, self.start = int(period), int(start)
 
     def __call__(self, step):
+        """True if due at ``step``."""
         return step >= self.start and (step - self.start) % self.period == 0
 
 
@@ -30,4 +31,5 @@ class At:
         self.steps = frozenset(int(step) for step in steps)
 
     def __call__(self, step):
+        """True if due at ``step``."""
         return step in self.steps

@@ -21,7 +21,9 @@ class Avalanche(Scene):
     """Parameters, in SI units. The defaults are the paper's but for the size and dt (the paper's dt is 1e-6 s)."""
 
     grains: int = Field(5000, ge=20, le=10**9, description="number of grains that flow, about")
-    aspect: float = Field(3.7, gt=0.1, lt=100.0, description="length / height of the block of grains [1]; Figure 3: 740 mm / 200 mm")
+    aspect: float = Field(
+        3.7, gt=0.1, lt=100.0, description="length / height of the block of grains [1]; Figure 3: 740 mm / 200 mm"
+    )
     width: float = Field(8e-3, gt=0.0, description="period across [m]")
     runway: float = Field(1.5, gt=0.0, description="floor from the right wall to the lower end wall / length of the block [1]")
     radius_min: float = Field(1.00e-3, gt=0.0, description="smallest radius [m]")
@@ -78,7 +80,11 @@ class Outline:
         """The box: open room above the grains for spray, a cell of room around the walls."""
         low = (-2.0 * self.edge, 0.0, -2.0 * self.edge)
         right = self.length + self.runway + 2
-        return Box(low, (right * self.edge, self.across * self.edge, (3.0 * self.height + 20.0) * self.edge), periodic=(False, True, False))
+        return Box(
+            low,
+            (right * self.edge, self.across * self.edge, (3.0 * self.height + 20.0) * self.edge),
+            periodic=(False, True, False),
+        )
 
 
 def build(scene, threads=None, comm=None, with_grains=True):
@@ -92,8 +98,15 @@ def build(scene, threads=None, comm=None, with_grains=True):
         SceneError: the lattice would overlap, or the box is too narrow.
     """
     outline = Outline(scene)
-    sand = Material("sand", density=scene.density, kn=scene.kn, kt=scene.kt, gamma_n=scene.gamma_n, gamma_t=scene.gamma_t,
-                    friction=scene.friction)
+    sand = Material(
+        "sand",
+        density=scene.density,
+        kn=scene.kn,
+        kt=scene.kt,
+        gamma_n=scene.gamma_n,
+        gamma_t=scene.gamma_t,
+        friction=scene.friction,
+    )
     sim = Simulation(outline.box(), laws.silbert, sand, scene.dt, gravity=(0.0, 0.0, -scene.gravity), threads=threads, comm=comm)
     sim.add_field("part", dtype=np.uint8)
     if with_grains:

@@ -14,7 +14,8 @@ class Grid(NamedTuple):
     """Cells around the part of space that a rank sees.
 
     ``table``: (8, 3): centre, half the extent, 1 / cell size, number of cells, whether the grid spans a whole period so that
-    its two ends touch, length and half length of the box, and its period (infinite where it has none). A grain is binned at its image nearest to the centre.
+    its two ends touch, length and half length of the box, and its period (infinite where it has none). A grain is binned at
+    its image nearest to the centre.
     """
 
     table: np.ndarray

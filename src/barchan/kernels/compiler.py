@@ -47,6 +47,7 @@ def _own_cache():
 
 def kernel(parallel=False):
     """Decorator: compile a loop over arrays, kept on disk. Division by zero gives inf, as on the processor."""
+
     def decorate(function):
         with _own_cache():
             return njit(cache=True, error_model="numpy", nogil=True, parallel=parallel)(function)

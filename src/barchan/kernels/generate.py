@@ -21,6 +21,9 @@ from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
 from barchan.kernels.template import ARMS, MODULE, TINY
 
+#: Names of the generated module that a law must not bring along.
+_RESERVED = frozenset({"helper", "kernel", "prange", "pair_forces", "wall_forces"})
+
 
 class Loops(NamedTuple):
     """The compiled loops of a law."""
@@ -41,6 +44,8 @@ class _Sources:
         raise LawError(f"law '{self.law.name}': {text}")
 
     def _add(self, name, value):
+        if name in _RESERVED or name.startswith("barchan_"):
+            self._fail(f"it uses the name '{name}', which the loop around it needs; rename it")
         if name in self.names:
             if self.names[name] is not value and self.names[name] != value:
                 self._fail(f"two different things are called '{name}' in the files it uses; rename one")
@@ -52,7 +57,9 @@ class _Sources:
             self.imports.append(f"from math import {value.__name__} as {name}")
         elif value is math:
             self.imports.append(f"import math as {name}")
-        elif isinstance(value, (bool, int, float)) or (isinstance(value, tuple) and all(isinstance(v, (int, float)) for v in value)):
+        elif isinstance(value, (bool, int, float)) or (
+            isinstance(value, tuple) and all(isinstance(v, (int, float)) for v in value)
+        ):
             self.parts.append(f"{name} = {value!r}")
         else:
             self._fail(f"it uses '{name}' = {value!r}; a law may use numbers, tuples of numbers, plain functions and math")
@@ -97,33 +104,48 @@ def _resolve(function, name):
 
 
 def _flat(name, width):
-    return [name] if width == 1 else [f"{name}_{axis}" for axis in "xyz"]
+    return [f"m_{name}"] if width == 1 else [f"m_{name}_{axis}" for axis in "xyz"]
 
 
 def module_text(law, uniform):
-    """Text of the module with the loops of ``law``; ``uniform``: all contacts are of one pair of materials."""
+    """Text of the module with the loops of ``law``; ``uniform``: all contacts are of one pair of materials.
+
+    Parameters and memory are called p_name and m_name there, so that no name of a user's meets one of the loops'.
+    """
     sources = _Sources(law)
-    history = [(name, width, _flat(name, width)) for name, width in law.history.items()]
-    flat_history = [flat for _, _, names in history for flat in names]
-    new = {name: f"new_{name}" for name, _, _ in history}
-    returned = [f"{new[name]}[{c}]" if width == 3 else new[name] for name, width, _ in history for c in range(width)]
-    packed = {name: f"({', '.join(names)})" if width == 3 else name for name, width, names in history}
-    table = [f"{p} = table[{c}, 0]" for c, p in enumerate(law.parameters)]
-    looked_up = [f"{p} = table[{c}, pair]" for c, p in enumerate(law.parameters)]
-    kept = [f"history[{c}, k] = {flat} if touches else 0.0" for c, flat in enumerate(flat_history)]
-    read = [f"history[{c}, k]" for c in range(len(flat_history))]
-    arguments = [f"{a}={packed.get(a, a)}" for a in inspect.signature(law.function).parameters]
+    parameters = [f"p_{name}" for name in law.parameters]
+    history = {name: _flat(name, width) for name, width in law.history.items()}
+    memory = [flat for names in history.values() for flat in names]
+    returned = [
+        f"new_{name}[{c}]" if len(names) == 3 else f"new_{name}" for name, names in history.items() for c in range(len(names))
+    ]
+    given = {name: f"({', '.join(names)})" if len(names) == 3 else names[0] for name, names in history.items()}
+    given |= {name: f"p_{name}" for name in law.parameters}
+    arguments = [f"{a}={given.get(a, a)}" for a in inspect.signature(law.function).parameters]
+    hoisted = [f"{p} = table[{row}, 0]" for row, p in enumerate(parameters)]
+    looked_up = [f"{p} = table[{row}, pair]" for row, p in enumerate(parameters)]
+    kept = [f"history[{row}, k] = {flat} if touches else 0.0" for row, flat in enumerate(memory)]
+    read = [f"history[{row}, k]" for row in range(len(memory))]
     arm_first, arm_second = ARMS[law.lever]
     deep, shallow = "\n        ", "\n    "
     return MODULE.format(
-        law=law.name, tiny=repr(TINY), function=sources.root, arm_first=arm_first, arm_second=arm_second,
-        imports="\n".join(["from math import sqrt as _sqrt", *sources.imports]), functions="\n".join(sources.parts),
-        flat_inputs=", ".join([*law.parameters, *flat_history]), arguments=", ".join(arguments),
-        outputs=", ".join(["pressing", "tangential", *new.values()]), flat_history="".join(f", {r}" for r in returned),
-        history_names="".join(f", {n}" for n in flat_history), flat_arguments=", ".join([*law.parameters, *read]),
-        keep_history=deep.join(kept) or "pass", hoisted=shallow.join(table) if uniform and table else "pass",
+        law=law.name,
+        tiny=repr(TINY),
+        function=sources.root,
+        arm_first=arm_first,
+        arm_second=arm_second,
+        imports="\n".join(["from math import sqrt as barchan_sqrt", *sources.imports]),
+        functions="\n".join(sources.parts),
+        flat_inputs=", ".join([*parameters, *memory]),
+        arguments=", ".join(arguments),
+        outputs=", ".join(["pressing", "tangential", *(f"new_{name}" for name in history)]),
+        flat_history="".join(f", {r}" for r in returned),
+        history_names="".join(f", {n}" for n in memory),
+        flat_arguments=", ".join([*parameters, *read]),
+        keep_history=deep.join(kept) or "pass",
+        hoisted=(shallow.join(hoisted) or "pass") if uniform else "pass",
         gathered="pass" if uniform else deep.join(["pair = material[i] * stride + material[j]", *looked_up]),
-        wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[contact_number]", *looked_up]),
+        wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),
     )
 
 

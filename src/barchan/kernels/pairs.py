@@ -81,13 +81,17 @@ def find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid, 
                     first, last = line + cx + x0, line + cx + x1
                     count = scan(i, max(start[first], i + 1), start[last + 1], place, frozen, skin, grid, found[i], count)
                     if has_ghosts:
-                        count = scan_listed(i, ghost_start[first], ghost_start[last + 1], ghost_rows, place, frozen, skin, grid, found[i], count)
+                        count = scan_listed(
+                            i, ghost_start[first], ghost_start[last + 1], ghost_rows, place, frozen, skin, grid, found[i], count
+                        )
                 else:
                     for sx in range(x0, x1 + 1):
                         c = line + (cx + sx + nx) % nx
                         count = scan(i, max(start[c], i + 1), start[c + 1], place, frozen, skin, grid, found[i], count)
                         if has_ghosts:
-                            count = scan_listed(i, ghost_start[c], ghost_start[c + 1], ghost_rows, place, frozen, skin, grid, found[i], count)
+                            count = scan_listed(
+                                i, ghost_start[c], ghost_start[c + 1], ghost_rows, place, frozen, skin, grid, found[i], count
+                            )
         counts[i] = count
 
 

@@ -26,15 +26,17 @@ def _collect(thing, pieces, seen):
     plain = getattr(thing, "py_func", getattr(thing, "function", thing))
     if not isinstance(plain, types.FunctionType):
         pieces.append(f"{type(plain).__qualname__} {sorted(getattr(plain, '__dict__', {}).items())!r}")
-        plain = getattr(type(plain), "__call__", None)
+        plain = vars(type(plain)).get("__call__")
     if not isinstance(plain, types.FunctionType) or plain in seen:
         return
     seen.add(plain)
     try:
         pieces.append(textwrap.dedent(inspect.getsource(plain)))
     except (OSError, TypeError) as error:
-        raise SceneError(f"the source of '{plain.__qualname__}' cannot be read ({error}), so a checkpoint could not tell if it has "
-                         f"changed; define it in a file or a notebook cell") from None
+        raise SceneError(
+            f"the source of '{plain.__qualname__}' cannot be read ({error}), so a checkpoint could not tell if it has "
+            f"changed; define it in a file or a notebook cell"
+        ) from None
     free = {name: cell.cell_contents for name, cell in zip(plain.__code__.co_freevars, plain.__closure__ or ())}
     for name in (*plain.__code__.co_names, *plain.__code__.co_freevars):
         value = free.get(name, plain.__globals__.get(name))

@@ -1,6 +1,6 @@
 """The text of the module that ``generate.py`` writes for a law: the loop over contacts, written once for all laws.
 
-``contact`` takes and returns plain numbers only: a tuple inside the body of the parallel loop makes Numba suspect that
+``barchan_contact`` takes and returns plain numbers only: a tuple inside the body of the parallel loop makes Numba suspect that
 arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Branches inside it become selects. A lane
 that does not touch computes with the smallest positive overlap, and its result is dropped by a select, never multiplied
 by 0. Rows of ``out``: force on the first grain, torque on the first, torque on the second.
@@ -16,18 +16,18 @@ from barchan.kernels.compiler import helper, kernel, prange
 {functions}
 
 @helper
-def separation(dx, dy, dz, vx, vy, vz, dt):
+def barchan_separation(dx, dy, dz, vx, vy, vz, dt):
     """Distance, unit normal at the full step and unit normal at the half step."""
-    distance = _sqrt(dx * dx + dy * dy + dz * dz)
+    distance = barchan_sqrt(dx * dx + dy * dy + dz * dz)
     inverse = 1.0 / distance
     hx, hy, hz = dx - 0.5 * dt * vx, dy - 0.5 * dt * vy, dz - 0.5 * dt * vz
-    half = 1.0 / _sqrt(hx * hx + hy * hy + hz * hz)
+    half = 1.0 / barchan_sqrt(hx * hx + hy * hy + hz * hz)
     return distance, dx * inverse, dy * inverse, dz * inverse, hx * half, hy * half, hz * half
 
 
 @helper
-def slip(vx, vy, vz, lx, ly, lz, nx, ny, nz):
-    """Velocity in the plane of n of surfaces that turn: v - (v.n) n - l x n, equation (3), l = arm_i omega_i + arm_j omega_j."""
+def barchan_slip(vx, vy, vz, lx, ly, lz, nx, ny, nz):
+    """Velocity of turning surfaces in the plane of n: v - (v.n) n - l x n, equation (3), l = arm_i omega_i + arm_j omega_j."""
     along = vx * nx + vy * ny + vz * nz
     return (vx - along * nx - (ly * nz - lz * ny),
             vy - along * ny - (lz * nx - lx * nz),
@@ -35,7 +35,7 @@ def slip(vx, vy, vz, lx, ly, lz, nx, ny, nz):
 
 
 @helper
-def contact(overlap, distance, nx, ny, nz, hx, hy, hz, radius_first, radius_second, radius_eff, mass_eff, vx, vy, vz,
+def barchan_contact(overlap, distance, nx, ny, nz, hx, hy, hz, radius_first, radius_second, radius_eff, mass_eff, vx, vy, vz,
             wix, wiy, wiz, wjx, wjy, wjz, dt, {flat_inputs}):
     """One contact: plain numbers to plain numbers."""
     overlap = max(overlap, {tiny})
@@ -45,8 +45,8 @@ def contact(overlap, distance, nx, ny, nz, hx, hy, hz, radius_first, radius_seco
     arm_second = {arm_second}
     lx, ly, lz = arm_first * wix + arm_second * wjx, arm_first * wiy + arm_second * wjy, arm_first * wiz + arm_second * wjz
     normal_velocity = vx * nx + vy * ny + vz * nz
-    tangential_velocity = slip(vx, vy, vz, lx, ly, lz, nx, ny, nz)
-    slip_velocity_half = slip(vx, vy, vz, lx, ly, lz, hx, hy, hz)
+    tangential_velocity = barchan_slip(vx, vy, vz, lx, ly, lz, nx, ny, nz)
+    slip_velocity_half = barchan_slip(vx, vy, vz, lx, ly, lz, hx, hy, hz)
     {outputs} = {function}({arguments})
     tx, ty, tz = tangential
     ax, ay, az = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
@@ -84,9 +84,9 @@ def pair_forces(first, second, n_owned, place, motion, spin, material, stride, t
         vy = motion[i, 1] - motion[j, 1]
         vz = motion[i, 2] - motion[j, 2]
         {gathered}
-        distance, nx, ny, nz, hx, hy, hz = separation(dx, dy, dz, vx, vy, vz, dt)
+        distance, nx, ny, nz, hx, hy, hz = barchan_separation(dx, dy, dz, vx, vy, vz, dt)
         overlap = ri + rj - distance
-        fx, fy, fz, pix, piy, piz, pjx, pjy, pjz{history_names} = contact(
+        fx, fy, fz, pix, piy, piz, pjx, pjy, pjz{history_names} = barchan_contact(
             overlap, distance, nx, ny, nz, hx, hy, hz, ri, rj, ri * rj / (ri + rj), 1.0 / (motion[i, 3] + motion[j, 3]),
             vx, vy, vz, spin[i, 0], spin[i, 1], spin[i, 2], spin[j, 0], spin[j, 1], spin[j, 2], dt, {flat_arguments})
         touches = overlap > 0.0
@@ -111,22 +111,23 @@ def pair_forces(first, second, n_owned, place, motion, spin, material, stride, t
 def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, history, out, offset,
                 dt, allowed_overlap, max_overlap):
     """Forces of all contacts of grains with walls. Rows of ``surface``: distance, normal, half-step normal, velocity of
-    the wall at the contact, curvature. Contact k stands in column ``offset`` + k of ``history`` and ``out``, both modified. Returns what ``pair_forces`` returns."""
+    the wall at the contact, curvature. Contact c stands in column ``offset`` + c of ``history`` and ``out``, both modified.
+    Returns what ``pair_forces`` returns."""
     {hoisted}
     touching = 0
     large = 0
     too_large = 0
-    for contact_number in prange(grain.shape[0]):
-        i = grain[contact_number]
-        k = offset + contact_number
+    for c in prange(grain.shape[0]):
+        i = grain[c]
+        k = offset + c
         ri = place[i, 3]
-        distance = surface[0, contact_number]
+        distance = surface[0, c]
         {wall_gathered}
         overlap = ri - distance
-        fx, fy, fz, pix, piy, piz, pjx, pjy, pjz{history_names} = contact(
-            overlap, distance, surface[1, contact_number], surface[2, contact_number], surface[3, contact_number], surface[4, contact_number], surface[5, contact_number], surface[6, contact_number],
-            ri, ri, ri / (1.0 + surface[10, contact_number] * ri), 1.0 / motion[i, 3],
-            motion[i, 0] - surface[7, contact_number], motion[i, 1] - surface[8, contact_number], motion[i, 2] - surface[9, contact_number],
+        fx, fy, fz, pix, piy, piz, pjx, pjy, pjz{history_names} = barchan_contact(
+            overlap, distance, surface[1, c], surface[2, c], surface[3, c], surface[4, c], surface[5, c], surface[6, c],
+            ri, ri, ri / (1.0 + surface[10, c] * ri), 1.0 / motion[i, 3],
+            motion[i, 0] - surface[7, c], motion[i, 1] - surface[8, c], motion[i, 2] - surface[9, c],
             spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
         touches = overlap > 0.0
         out[0, k] = fx if touches else 0.0

@@ -5,9 +5,31 @@ from barchan.laws.law import Law, Property, law
 from barchan.laws.viscoelastic import hertz, hertz_standard, linear, linear_standard, silbert, silbert_standard
 
 #: Every law that comes with barchan, by name.
-SHIPPED = {entry.name: entry for entry in (
-    silbert, linear, hertz, hertz_mindlin, silbert_standard, linear_standard, hertz_standard, hertz_mindlin_standard,
-)}
+SHIPPED = {
+    entry.name: entry
+    for entry in (
+        silbert,
+        linear,
+        hertz,
+        hertz_mindlin,
+        silbert_standard,
+        linear_standard,
+        hertz_standard,
+        hertz_mindlin_standard,
+    )
+}
 
-__all__ = ["SHIPPED", "Law", "Property", "hertz", "hertz_mindlin", "hertz_mindlin_standard", "hertz_standard", "law",
-           "linear", "linear_standard", "silbert", "silbert_standard"]
+__all__ = [
+    "SHIPPED",
+    "Law",
+    "Property",
+    "hertz",
+    "hertz_mindlin",
+    "hertz_mindlin_standard",
+    "hertz_standard",
+    "law",
+    "linear",
+    "linear_standard",
+    "silbert",
+    "silbert_standard",
+]

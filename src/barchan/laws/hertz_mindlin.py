@@ -60,6 +60,7 @@ def damping_for(restitution):
 
 def mix(first, second):
     """E* and G* of contact mechanics; friction and restitution by the common rule."""
+
     def compliance(p):
         return (1.0 - p["poisson_ratio"] ** 2) / p["youngs_modulus"]
 
@@ -88,8 +89,22 @@ def mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, 
 
 
 @law(properties=PROPERTIES, history={"shear": 3}, lever="lens", mix=mix)
-def hertz_mindlin(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half,
-                  radius_eff, mass_eff, dt, E_eff, G_eff, friction, alpha, shear):
+def hertz_mindlin(
+    overlap,
+    normal,
+    normal_half,
+    normal_velocity,
+    tangential_velocity,
+    slip_velocity_half,
+    radius_eff,
+    mass_eff,
+    dt,
+    E_eff,
+    G_eff,
+    friction,
+    alpha,
+    shear,
+):
     """Hertz-Mindlin, incremental."""
     a = sqrt(radius_eff * overlap)
     shear = sub(turn(shear, normal_half), scale(8.0 * G_eff * a * dt, slip_velocity_half))
@@ -98,8 +113,9 @@ def hertz_mindlin(overlap, normal, normal_half, normal_velocity, tangential_velo
 
 
 @law(properties=PROPERTIES, history={"shear": 3}, lever="radius", mix=mix)
-def hertz_mindlin_standard(overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt,
-                           E_eff, G_eff, friction, alpha, shear):
+def hertz_mindlin_standard(
+    overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt, E_eff, G_eff, friction, alpha, shear
+):
     """Hertz-Mindlin, incremental, standard scheme and arms R_i."""
     a = sqrt(radius_eff * overlap)
     shear = sub(turn(shear, normal), scale(8.0 * G_eff * a * dt, tangential_velocity))

@@ -17,20 +17,22 @@ VECTOR, SCALAR = 3, 1
 
 #: Quantities of one contact: name -> (width, dimension, meaning). "first" is the grain with the smaller id; at a wall it
 #: is the grain. All velocities are at the half step n-1/2.
-QUANTITIES = MappingProxyType({
-    "overlap": (SCALAR, "length", "R_first + R_second - distance, equation (1); never below a tiny positive number"),
-    "distance": (SCALAR, "length", "between the centres; at a wall from the centre to the wall"),
-    "normal": (VECTOR, "1", "unit vector from the second to the first, at step n"),
-    "normal_half": (VECTOR, "1", "the same at the half step: direction of r - dt/2 v (Vyas et al. 2025)"),
-    "normal_velocity": (SCALAR, "length/time", "v_ij . normal, positive when parting, equation (2)"),
-    "tangential_velocity": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal, equation (3)"),
-    "slip_velocity_half": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal_half"),
-    "radius_first": (SCALAR, "length", "radius"),
-    "radius_second": (SCALAR, "length", "radius; at a flat wall that of the grain"),
-    "radius_eff": (SCALAR, "length", "R_i R_j / (R_i + R_j); at a flat wall R_i"),
-    "mass_eff": (SCALAR, "mass", "m_i m_j / (m_i + m_j); an immobile partner counts as infinitely heavy"),
-    "dt": (SCALAR, "time", "time step; 0 when forces are evaluated without advancing"),
-})
+QUANTITIES = MappingProxyType(
+    {
+        "overlap": (SCALAR, "length", "R_first + R_second - distance, equation (1); never below a tiny positive number"),
+        "distance": (SCALAR, "length", "between the centres; at a wall from the centre to the wall"),
+        "normal": (VECTOR, "1", "unit vector from the second to the first, at step n"),
+        "normal_half": (VECTOR, "1", "the same at the half step: direction of r - dt/2 v (Vyas et al. 2025)"),
+        "normal_velocity": (SCALAR, "length/time", "v_ij . normal, positive when parting, equation (2)"),
+        "tangential_velocity": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal, equation (3)"),
+        "slip_velocity_half": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal_half"),
+        "radius_first": (SCALAR, "length", "radius"),
+        "radius_second": (SCALAR, "length", "radius; at a flat wall that of the grain"),
+        "radius_eff": (SCALAR, "length", "R_i R_j / (R_i + R_j); at a flat wall R_i"),
+        "mass_eff": (SCALAR, "mass", "m_i m_j / (m_i + m_j); an immobile partner counts as infinitely heavy"),
+        "dt": (SCALAR, "time", "time step; 0 when forces are evaluated without advancing"),
+    }
+)
 
 
 class Property(NamedTuple):
@@ -96,8 +98,10 @@ class Law:
         if self.mix is mix_by_rule:
             unknown = [name for name in self.parameters if name not in self.properties]
             if unknown:
-                raise LawError(f"{where}: argument(s) {unknown} are no quantity of a contact, no history and no declared "
-                               f"material property. Quantities: {', '.join(QUANTITIES)}")
+                raise LawError(
+                    f"{where}: argument(s) {unknown} are no quantity of a contact, no history and no declared "
+                    f"material property. Quantities: {', '.join(QUANTITIES)}"
+                )
 
     def __call__(self, *args, **kwargs):
         """The law itself, as plain Python on plain numbers."""

@@ -43,24 +43,55 @@ def viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn,
 
 
 @law(properties=PER_LENGTH, history={"slip": 3})
-def linear(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half, mass_eff, dt,
-           kn, kt, gamma_n, gamma_t, friction, slip):
+def linear(
+    overlap,
+    normal,
+    normal_half,
+    normal_velocity,
+    tangential_velocity,
+    slip_velocity_half,
+    mass_eff,
+    dt,
+    kn,
+    kt,
+    gamma_n,
+    gamma_t,
+    friction,
+    slip,
+):
     """Linear spring and dashpot."""
     slip = synchronised(slip, slip_velocity_half, normal_half, normal, dt)
     return viscoelastic(1.0, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
 
 
 @law(properties=PER_LENGTH, history={"slip": 3})
-def linear_standard(overlap, normal, normal_velocity, tangential_velocity, mass_eff, dt,
-                    kn, kt, gamma_n, gamma_t, friction, slip):
+def linear_standard(
+    overlap, normal, normal_velocity, tangential_velocity, mass_eff, dt, kn, kt, gamma_n, gamma_t, friction, slip
+):
     """Linear spring and dashpot, standard scheme."""
     slip = standard(slip, tangential_velocity, normal, dt)
     return viscoelastic(1.0, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
 
 
 @law(properties=PER_LENGTH, history={"slip": 3})
-def silbert(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half,
-            radius_first, radius_second, mass_eff, dt, kn, kt, gamma_n, gamma_t, friction, slip):
+def silbert(
+    overlap,
+    normal,
+    normal_half,
+    normal_velocity,
+    tangential_velocity,
+    slip_velocity_half,
+    radius_first,
+    radius_second,
+    mass_eff,
+    dt,
+    kn,
+    kt,
+    gamma_n,
+    gamma_t,
+    friction,
+    slip,
+):
     """The paper's law: Hertzian form of Silbert et al., for unequal radii."""
     slip = synchronised(slip, slip_velocity_half, normal_half, normal, dt)
     f = sqrt(overlap / (radius_first + radius_second))
@@ -68,8 +99,22 @@ def silbert(overlap, normal, normal_half, normal_velocity, tangential_velocity, 
 
 
 @law(properties=PER_LENGTH, history={"slip": 3})
-def silbert_standard(overlap, normal, normal_velocity, tangential_velocity, radius_first, radius_second, mass_eff, dt,
-                     kn, kt, gamma_n, gamma_t, friction, slip):
+def silbert_standard(
+    overlap,
+    normal,
+    normal_velocity,
+    tangential_velocity,
+    radius_first,
+    radius_second,
+    mass_eff,
+    dt,
+    kn,
+    kt,
+    gamma_n,
+    gamma_t,
+    friction,
+    slip,
+):
     """The paper's law, standard scheme."""
     slip = standard(slip, tangential_velocity, normal, dt)
     f = sqrt(overlap / (radius_first + radius_second))
@@ -77,8 +122,23 @@ def silbert_standard(overlap, normal, normal_velocity, tangential_velocity, radi
 
 
 @law(properties=PER_AREA, history={"slip": 3})
-def hertz(overlap, normal, normal_half, normal_velocity, tangential_velocity, slip_velocity_half, radius_eff, mass_eff, dt,
-          kn, kt, gamma_n, gamma_t, friction, slip):
+def hertz(
+    overlap,
+    normal,
+    normal_half,
+    normal_velocity,
+    tangential_velocity,
+    slip_velocity_half,
+    radius_eff,
+    mass_eff,
+    dt,
+    kn,
+    kt,
+    gamma_n,
+    gamma_t,
+    friction,
+    slip,
+):
     """LAMMPS' ``hertz/history`` form."""
     slip = synchronised(slip, slip_velocity_half, normal_half, normal, dt)
     f = sqrt(overlap * radius_eff)
@@ -86,8 +146,9 @@ def hertz(overlap, normal, normal_half, normal_velocity, tangential_velocity, sl
 
 
 @law(properties=PER_AREA, history={"slip": 3})
-def hertz_standard(overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt,
-                   kn, kt, gamma_n, gamma_t, friction, slip):
+def hertz_standard(
+    overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt, kn, kt, gamma_n, gamma_t, friction, slip
+):
     """LAMMPS' ``hertz/history`` form, standard scheme: what LAMMPS computes."""
     slip = standard(slip, tangential_velocity, normal, dt)
     f = sqrt(overlap * radius_eff)

@@ -29,10 +29,16 @@ def contact_table(sim, all_ranks=True):
         "first": np.concatenate([ids[first], ids[on_walls]]),
         "second": np.concatenate([ids[second], contacts.wall_key]),
         "overlap": np.concatenate([overlap, wall_overlap]),
-        "relative_overlap": np.concatenate([overlap / (2.0 * np.minimum(place[first, 3], place[second, 3])), wall_overlap / (2.0 * place[on_walls, 3])]),
+        "relative_overlap": np.concatenate(
+            [overlap / (2.0 * np.minimum(place[first, 3], place[second, 3])), wall_overlap / (2.0 * place[on_walls, 3])]
+        ),
         "force": contacts.out[:3].T.copy(),
-        "point": np.concatenate([place[second, :3] + branch * (arm / distance)[:, None],
-                                 place[on_walls, :3] - contacts.surface[1:4].T * contacts.surface[0][:, None]]),
+        "point": np.concatenate(
+            [
+                place[second, :3] + branch * (arm / distance)[:, None],
+                place[on_walls, :3] - contacts.surface[1:4].T * contacts.surface[0][:, None],
+            ]
+        ),
         "memory": contacts.history.T.copy(),
     }
     mine = np.concatenate([first < grains.n, np.ones(len(on_walls), dtype=bool)]) & (table["overlap"] > 0.0)

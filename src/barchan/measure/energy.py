@@ -21,8 +21,10 @@ class KineticEnergy:
         moving = grains.view("frozen") == 0
         velocity = grains.view("velocity") + half * grains.view("force") * grains.view("inverse_mass")[:, None]
         omega = grains.view("omega") + half * grains.view("torque") * grains.view("inverse_inertia")[:, None]
-        terms = (0.5 * grains.view("mass") * moving * (velocity**2).sum(axis=1),
-                 0.5 * grains.view("inertia") * moving * (omega**2).sum(axis=1))
+        terms = (
+            0.5 * grains.view("mass") * moving * (velocity**2).sum(axis=1),
+            0.5 * grains.view("inertia") * moving * (omega**2).sum(axis=1),
+        )
         self._result = tuple(exact_sum(term, sim.comm) for term in terms)
         return self
 

@@ -90,18 +90,34 @@ class Contacts:
         pair_kernels.count_incidence(n_owned, self.first, self.second, self.wall_grain, self.start)
         self.incidence, self.keys = np.empty(self.start[-1], dtype=np.uint32), np.empty(self.start[-1], dtype=np.int64)
         pair_kernels.fill_incidence(n_owned, self.first, self.second, self.wall_grain, self.start, self.incidence)
-        pair_kernels.sort_incidence(n_owned, self.first, self.second, ids, self.wall_key, self.start, self.incidence,
-                                     self.keys)
+        pair_kernels.sort_incidence(n_owned, self.first, self.second, ids, self.wall_key, self.start, self.incidence, self.keys)
         self.out = np.zeros((9, self.n_pairs + len(self.wall_grain)))
 
     def attach(self, grains, rows):
         """Give the new contacts what their grains remember of each other."""
         self.history = np.zeros((self.history_width, self.n_pairs + len(self.wall_grain)))
         if self.history_width:
-            history_kernels.attach_rows(grains.n, self.first, self.second, grains.view("id", ghosts=True), self.wall_grain,
-                                        self.wall_key, rows.start, rows.keys, rows.values, self.history)
+            history_kernels.attach_rows(
+                grains.n,
+                self.first,
+                self.second,
+                grains.view("id", ghosts=True),
+                self.wall_grain,
+                self.wall_key,
+                rows.start,
+                rows.keys,
+                rows.values,
+                self.history,
+            )
 
     def gather(self, grains, gravity):
         """Sum the contacts of each grain into ``force`` and ``torque``; returns how many are not finite."""
-        return gather_forces(self.start, self.incidence, self.out, grains.block("mass"), np.array(gravity), grains.block("force"),
-                             grains.block("torque"))
+        return gather_forces(
+            self.start,
+            self.incidence,
+            self.out,
+            grains.block("mass"),
+            np.array(gravity),
+            grains.block("force"),
+            grains.block("torque"),
+        )

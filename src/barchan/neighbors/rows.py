@@ -26,8 +26,11 @@ class ContactRows(NamedTuple):
     def join(cls, parts):
         """Rows of several groups of grains one after another."""
         counts = np.concatenate([np.diff(part.start) for part in parts])
-        return cls(np.concatenate([[0], np.cumsum(counts)]).astype(np.int64), np.concatenate([part.keys for part in parts]),
-                   np.concatenate([part.values for part in parts]))
+        return cls(
+            np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            np.concatenate([part.keys for part in parts]),
+            np.concatenate([part.values for part in parts]),
+        )
 
     def take(self, order):
         """Rows of the chosen grains, in that order."""

@@ -7,9 +7,11 @@ import numpy as np
 from barchan.errors import SceneError
 
 #: Grains per cubic cell, and the distance of nearest neighbours relative to the cell's edge.
-_LATTICES = {"bcc": (((0.0, 0.0, 0.0), (0.5, 0.5, 0.5)), 0.5 * 3.0**0.5),
-             "fcc": (((0.0, 0.0, 0.0), (0.5, 0.5, 0.0), (0.5, 0.0, 0.5), (0.0, 0.5, 0.5)), 0.5 * 2.0**0.5),
-             "sc": (((0.0, 0.0, 0.0),), 1.0)}
+_LATTICES = {
+    "bcc": (((0.0, 0.0, 0.0), (0.5, 0.5, 0.5)), 0.5 * 3.0**0.5),
+    "fcc": (((0.0, 0.0, 0.0), (0.5, 0.5, 0.0), (0.5, 0.0, 0.5), (0.0, 0.5, 0.5)), 0.5 * 2.0**0.5),
+    "sc": (((0.0, 0.0, 0.0),), 1.0),
+}
 
 
 def mean_volume(radius_min, radius_max):
@@ -34,8 +36,10 @@ def cell_edge(kind, void_fraction, radius_min, radius_max):
     basis, nearest = _LATTICES[kind]
     edge = (len(basis) * mean_volume(radius_min, radius_max) / (1.0 - void_fraction)) ** (1.0 / 3.0)
     if edge * nearest < 2.0 * radius_max:
-        raise SceneError(f"lattice = '{kind}' with void fraction {void_fraction:g} puts neighbours {edge * nearest:.6g} apart, less than the "
-                         f"largest diameter {2.0 * radius_max:.6g} [length]: they would overlap. Use bcc or fcc, or a larger void fraction")
+        raise SceneError(
+            f"lattice = '{kind}' with void fraction {void_fraction:g} puts neighbours {edge * nearest:.6g} apart, less than the "
+            f"largest diameter {2.0 * radius_max:.6g} [length]: they would overlap. Use bcc or fcc, or a larger void fraction"
+        )
     return edge
 
 

@@ -57,5 +57,5 @@ class Ghosts:
             begin, count = self.receives[source]
             reader.take(np.int64, 1)
             for name in blocks:
-                target = grains.block(name, ghosts=True)[begin:begin + count]
+                target = grains.block(name, ghosts=True)[begin : begin + count]
                 target[...] = reader.take(target.dtype, target.shape)

@@ -5,7 +5,9 @@ import numpy as np
 
 def pack(arrays):
     """Arrays one after another as bytes, shape (bytes,)."""
-    return np.concatenate([np.ascontiguousarray(a).reshape(-1).view(np.uint8) for a in arrays]) if arrays else np.empty(0, np.uint8)
+    return (
+        np.concatenate([np.ascontiguousarray(a).reshape(-1).view(np.uint8) for a in arrays]) if arrays else np.empty(0, np.uint8)
+    )
 
 
 class Reader:
@@ -17,6 +19,10 @@ class Reader:
     def take(self, dtype, shape):
         """The next array."""
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-        part = self.message[self.at:self.at + size]
+        part = self.message[self.at : self.at + size]
         self.at += size
-        return part.view(dtype).reshape(shape) if part.flags.aligned and part.ctypes.data % 8 == 0 else np.frombuffer(part.tobytes(), dtype).reshape(shape)
+        return (
+            part.view(dtype).reshape(shape)
+            if part.flags.aligned and part.ctypes.data % 8 == 0
+            else np.frombuffer(part.tobytes(), dtype).reshape(shape)
+        )

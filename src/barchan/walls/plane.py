@@ -42,7 +42,9 @@ class Plane:
         """
         for axis in range(3):
             if box.periodic[axis] and self.normal[axis] != 0.0:
-                raise SceneError(f"{name}: its normal {self.normal.tolist()} leans along {'xyz'[axis]}, where the box is periodic")
+                raise SceneError(
+                    f"{name}: its normal {self.normal.tolist()} leans along {'xyz'[axis]}, where the box is periodic"
+                )
 
     def move(self, dt):
         """Take the wall to the next step."""
@@ -55,13 +57,20 @@ class Plane:
 
     def measure(self, contacts, grains, begin, end):
         """Fill the surface rows of its contacts ``begin`` to ``end``."""
-        measure_plane(contacts.wall_grain, grains.block("place"), begin, end, self.point, self.normal, self.velocity,
-                      contacts.surface)
+        measure_plane(
+            contacts.wall_grain, grains.block("place"), begin, end, self.point, self.normal, self.velocity, contacts.surface
+        )
 
     def state(self):
         """What a checkpoint keeps, as plain numbers."""
-        return {"kind": self.kind, "point": self.point.tolist(), "normal": self.normal.tolist(),
-                "velocity": self.velocity.tolist(), "force": self.force.tolist(), "key": self.key}
+        return {
+            "kind": self.kind,
+            "point": self.point.tolist(),
+            "normal": self.normal.tolist(),
+            "velocity": self.velocity.tolist(),
+            "force": self.force.tolist(),
+            "key": self.key,
+        }
 
     def restore(self, state):
         """Take up what ``state`` returned."""
