@@ -78,7 +78,7 @@ class Simulation(Assembly):
     def step(self):
         """One step of the leap-frog, equations (1) to (12)."""
         use_threads(self.threads, self.grains.n)
-        displacement = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
+        motion = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
             wall.move(self.dt)  # walls: n -> n+1
         self.step_number += 1
@@ -86,7 +86,7 @@ class Simulation(Assembly):
         for action in self.actions:
             if action.due(self.step_number):
                 action.apply(self)  # grains added, removed or changed at n+1
-        if self._is_stale(displacement) or not self._listed:
+        if self._is_stale(motion) or not self._listed:
             self.rebuild()
         else:
             self.ghosts.update(self.grains, self.law.reads)
@@ -215,20 +215,30 @@ class Simulation(Assembly):
             self.dt,
         )
 
-    def _is_stale(self, displacement):
+    def _is_stale(self, motion):
         """Whether to rebuild, and whether any rank has to stop: one reduction decides both for all ranks."""
-        farthest, *extents, fastest, bad = displacement
+        farthest, fastest, bad = motion
         if bad and self._fault is None:
             self._fault = preflight.bad_grain(self)
-        for wall, then in zip(self.walls, self._walls_then if self._listed else []):
-            travel = wall.point - then
-            farthest = max(farthest, float((travel**2).sum()))
-            extents = [max(e, t) for e, t in zip(extents, np.stack([travel, -travel], axis=1).ravel())]
-        farthest, *extents, fastest, fault = self.comm.maximum([farthest, *extents, fastest, float(self._fault is not None)])
+        travels = [wall.point - then for wall, then in zip(self.walls, self._walls_then)] if self._listed else []
+        farthest = max([farthest, *(float((travel**2).sum()) for travel in travels)])
+        farthest, fastest, fault = self.comm.maximum([farthest, fastest, float(self._fault is not None)])
         if fault:
             self._stop()
         self.staleness.note_speed(sqrt(fastest), self.skin, self.dt)
-        return self.staleness.is_stale(self.step_number, farthest, extents, self.skin)
+        if self.staleness.wants_rebuild(self.step_number):
+            return True
+        return self.staleness.exceeds(2.0 * sqrt(farthest), self.skin) and self.staleness.exceeds(
+            self._spread(travels), self.skin
+        )
+
+    def _spread(self, travels):
+        """Diagonal of the box that holds the displacements of all grains and walls on all ranks."""
+        place, frame = self.grains.block("place"), self.box.frame
+        farthest = integrate.extents(place, self.staleness.reference, frame.length, frame.half)
+        for travel in travels:
+            farthest = np.maximum(farthest, np.stack([travel, -travel], axis=1).ravel())
+        return sqrt(float((self.comm.maximum(farthest).reshape(3, 2).sum(axis=1) ** 2).sum()))
 
     def _note_faults(self, large, too_large, not_finite):
         if not_finite:

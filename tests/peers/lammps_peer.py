@@ -48,8 +48,15 @@ def run_lammps(script, folder):
     source.write_text(script, encoding="utf-8")
     paths = [str(mpi_library_folder()), os.environ.get("LD_LIBRARY_PATH", "")]
     environment = dict(os.environ, OMP_NUM_THREADS="1", LD_LIBRARY_PATH=os.pathsep.join(filter(None, paths)))
-    done = subprocess.run([sys.executable, str(DRIVER), str(source), str(result), str(log)], env=environment, cwd=folder,
-                          capture_output=True, text=True, timeout=600, check=False)
+    done = subprocess.run(
+        [sys.executable, str(DRIVER), str(source), str(result), str(log)],
+        env=environment,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
     if done.returncode:
         tail = log.read_text(encoding="utf-8")[-2000:] if log.exists() else ""
         raise RuntimeError(f"LAMMPS stopped with status {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}\n{tail}")
@@ -67,12 +74,17 @@ def write_data(path, low, high, position, radius, density, velocity, omega, kind
     kind = np.broadcast_to(kind, count)
     density = np.broadcast_to(density, count)
     edges = "".join(f"{a:.17g} {b:.17g} {axis}lo {axis}hi\n" for a, b, axis in zip(low, high, "xyz"))
-    atoms = "".join(f"{k + 1} {kind[k]} {2.0 * radius[k]:.17g} {density[k]:.17g} {x:.17g} {y:.17g} {z:.17g}\n"
-                    for k, (x, y, z) in enumerate(position))
-    motion = "".join(f"{k + 1} " + " ".join(f"{value:.17g}" for value in row) + "\n"
-                     for k, row in enumerate(np.hstack([velocity, omega])))
-    path.write_text(f"grains\n\n{count} atoms\n{kind.max()} atom types\n\n{edges}\nAtoms # sphere\n\n{atoms}\n"
-                    f"Velocities\n\n{motion}", encoding="utf-8")
+    atoms = "".join(
+        f"{k + 1} {kind[k]} {2.0 * radius[k]:.17g} {density[k]:.17g} {x:.17g} {y:.17g} {z:.17g}\n"
+        for k, (x, y, z) in enumerate(position)
+    )
+    motion = "".join(
+        f"{k + 1} " + " ".join(f"{value:.17g}" for value in row) + "\n" for k, row in enumerate(np.hstack([velocity, omega]))
+    )
+    path.write_text(
+        f"grains\n\n{count} atoms\n{kind.max()} atom types\n\n{edges}\nAtoms # sphere\n\n{atoms}\nVelocities\n\n{motion}",
+        encoding="utf-8",
+    )
 
 
 def start_like_lammps(sim, ids, snapshot):
@@ -140,8 +152,10 @@ def deviations(sim, ids, snapshot, torque=None):
     moving = sim.grains.view("frozen")[rows] == 0
     torque = sim.grains.view("torque") if torque is None else torque
     scale = largest_contact_force(sim)
-    return tuple(float(np.abs(ours[rows] - theirs)[moving].max() / scale)
-                 for ours, theirs in ((sim.grains.view("force"), snapshot["f"]), (torque, snapshot["torque"])))
+    return tuple(
+        float(np.abs(ours[rows] - theirs)[moving].max() / scale)
+        for ours, theirs in ((sim.grains.view("force"), snapshot["f"]), (torque, snapshot["torque"]))
+    )
 
 
 def dense_packing(radius, side, seed):

@@ -17,8 +17,8 @@ def read_chute(path):
     """
     lines = path.read_text(encoding="utf-8").splitlines()
     atoms, velocities = lines.index("Atoms"), lines.index("Velocities")
-    rows = np.loadtxt(lines[atoms + 2:velocities - 1])
-    motion = np.loadtxt(lines[velocities + 2:])
+    rows = np.loadtxt(lines[atoms + 2 : velocities - 1])
+    motion = np.loadtxt(lines[velocities + 2 :])
     rows, motion = rows[np.argsort(rows[:, 0])], motion[np.argsort(motion[:, 0])]
     return rows[:, 1].astype(int), rows[:, 2], rows[:, 3], rows[:, 4:7], motion[:, 1:4], motion[:, 4:7]
 
@@ -34,8 +34,13 @@ def chute():
     assert len(kind) == 32_000 and set(density) == {1.0}
     slope = np.radians(26.0)
     material = bc.Material("grain", density=1.0, kn=2e5, kt=2.0 / 7.0 * 2e5, gamma_n=50.0, gamma_t=0.0, friction=0.5)
-    sim = bc.Simulation(bc.Box((0, 0, -1), (40, 20, 60), periodic=(True, True, False)), bc.laws.linear_standard, material,
-                        1e-4, gravity=(np.sin(slope), 0.0, -np.cos(slope)))
+    sim = bc.Simulation(
+        bc.Box((0, 0, -1), (40, 20, 60), periodic=(True, True, False)),
+        bc.laws.linear_standard,
+        material,
+        1e-4,
+        gravity=(np.sin(slope), 0.0, -np.cos(slope)),
+    )
     ids = sim.add_grains(position, 0.5 * diameter, velocity=velocity, omega=omega, frozen=kind == 2)
     sim.start_at_full_step()
     return sim, ids

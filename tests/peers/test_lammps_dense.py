@@ -63,8 +63,13 @@ def test_dense_flow_equals_lammps_after_1_and_20_steps(tmp_path):
 
     material = bc.Material("grain", kn=KN, kt=KT, gamma_n=GAMMA_N, gamma_t=GAMMA_T, friction=FRICTION)
     slope = np.radians(ANGLE)
-    sim = bc.Simulation(bc.Box((0, 0, -1), (side, side, 60), periodic=(True, True, False)), bc.laws.hertz_standard, material,
-                        DT, gravity=(np.sin(slope), 0.0, -np.cos(slope)))
+    sim = bc.Simulation(
+        bc.Box((0, 0, -1), (side, side, 60), periodic=(True, True, False)),
+        bc.laws.hertz_standard,
+        material,
+        DT,
+        gravity=(np.sin(slope), 0.0, -np.cos(slope)),
+    )
     sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
     ids = sim.add_grains(position, radius, velocity=velocity, omega=omega, mass=4.0 / 3.0 * np.pi * radius**3 * density)
 

@@ -33,7 +33,7 @@ from lammps_peer import (
 )
 
 import barchan as bc
-from barchan.laws.friction import slide
+from barchan.laws.friction import sliding_ratio
 from barchan.laws.hertz_mindlin import PROPERTIES, mix, restitution_of
 from barchan.laws.vector import add, scale, turn
 
@@ -64,9 +64,18 @@ def tsuji_alpha(tmp_path_factory):
     """LAMMPS' alpha as a function of e. Later versions multiply the polynomial by sqrt(2); a contact of two grains tells."""
     radius, overlap, speed, poisson, e = 0.5, 0.01, 1.0, 0.3, 0.5
     folder = tmp_path_factory.mktemp("alpha")
-    write_data(folder / "two.data", (-2, -2, -2), (2, 2, 2), np.array([[0.0, 0.0, 0.0], [2.0 * radius - overlap, 0.0, 0.0]]),
-               np.full(2, radius), DENSITY, np.array([[speed, 0.0, 0.0], [0.0, 0.0, 0.0]]), np.zeros((2, 3)))
-    lammps = run_lammps(f"""{HEAD}
+    write_data(
+        folder / "two.data",
+        (-2, -2, -2),
+        (2, 2, 2),
+        np.array([[0.0, 0.0, 0.0], [2.0 * radius - overlap, 0.0, 0.0]]),
+        np.full(2, radius),
+        DENSITY,
+        np.array([[speed, 0.0, 0.0], [0.0, 0.0, 0.0]]),
+        np.zeros((2, 3)),
+    )
+    lammps = run_lammps(
+        f"""{HEAD}
 boundary f f f
 read_data two.data
 pair_style granular
@@ -74,7 +83,9 @@ pair_coeff * * hertz/material {SOFT} {e} {poisson} tangential mindlin/force NULL
 fix 1 all nve/sphere
 run 0
 snapshot start
-""", folder)
+""",
+        folder,
+    )
     a = sqrt(0.5 * radius * overlap)
     stiffness = 4.0 / 3.0 * a / (2.0 * compliance(SOFT, poisson))
     mass = 4.0 / 3.0 * np.pi * radius**3 * DENSITY
@@ -101,19 +112,36 @@ def lammps_script(mixing, tangential, damped):
         damping = f"{e:.17g} {poisson}", "tsuji limit_damping"
         if not damped:
             damping = f"0.0 {poisson}", "velocity"
-        return (f"hertz/material {modulus:.17g} {damping[0]} tangential {tangential} {8.0 / shear:.17g} 1.0 {friction:.17g} "
-                f"damping {damping[1]}")
+        return (
+            f"hertz/material {modulus:.17g} {damping[0]} tangential {tangential} {8.0 / shear:.17g} 1.0 {friction:.17g} "
+            f"damping {damping[1]}"
+        )
 
-    own = [constants(young[m], RESTITUTION[m], POISSON[m], 2.0 * shear_compliance(young[m], POISSON[m]), FRICTION[m])
-           for m in (0, 1)]
+    own = [
+        constants(young[m], RESTITUTION[m], POISSON[m], 2.0 * shear_compliance(young[m], POISSON[m]), FRICTION[m]) for m in (0, 1)
+    ]
     lines = [f"pair_coeff {m + 1} {m + 1} {own[m]}" for m in (0, 1)]
     if mixing == "given":
         together = sum(compliance(*material) for material in zip(young, POISSON))
         poisson = 0.3
-        lines.append("pair_coeff 1 2 " + constants(
-            2.0 * (1.0 - poisson**2) / together, sqrt(RESTITUTION[0] * RESTITUTION[1]), poisson,
-            sum(shear_compliance(*material) for material in zip(young, POISSON)), sqrt(FRICTION[0] * FRICTION[1])))
-    return "\n".join([HEAD, "boundary p p f", "read_data two.data", "pair_style granular", *lines, f"""
+        lines.append(
+            "pair_coeff 1 2 "
+            + constants(
+                2.0 * (1.0 - poisson**2) / together,
+                sqrt(RESTITUTION[0] * RESTITUTION[1]),
+                poisson,
+                sum(shear_compliance(*material) for material in zip(young, POISSON)),
+                sqrt(FRICTION[0] * FRICTION[1]),
+            )
+        )
+    return "\n".join(
+        [
+            HEAD,
+            "boundary p p f",
+            "read_data two.data",
+            "pair_style granular",
+            *lines,
+            f"""
 neighbor 0.3 bin
 neigh_modify every 1 delay 0
 timestep {DT}
@@ -126,7 +154,9 @@ run 1 pre no
 snapshot one
 run 19 pre no
 snapshot twenty
-"""])
+""",
+        ]
+    )
 
 
 class Scene:
@@ -141,15 +171,21 @@ class Scene:
         velocity, omega = rng.normal(0.0, 0.5, (COUNT, 3)), rng.normal(0.0, 1.0, (COUNT, 3))
         write_data(folder / "two.data", (0, 0, -1), (SIDE, SIDE, 20), position, radius, DENSITY, velocity, omega, kind + 1)
         self.lammps = run_lammps(lammps_script(mixing, tangential, alpha is not None), folder)
-        self.sim = bc.Simulation(bc.Box((0, 0, -1), (SIDE, SIDE, 20), periodic=(True, True, False)), law,
-                                 self.materials(mixing, alpha), DT, gravity=(0.0, 0.0, -1.0))
+        self.sim = bc.Simulation(
+            bc.Box((0, 0, -1), (SIDE, SIDE, 20), periodic=(True, True, False)),
+            law,
+            self.materials(mixing, alpha),
+            DT,
+            gravity=(0.0, 0.0, -1.0),
+        )
         self.set_pairs(mixing, alpha)
         self.sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1), material="floor"))
         self.ids = np.empty(COUNT, dtype=np.int64)
         for m in (0, 1):
             mine = kind == m
-            self.ids[mine] = self.sim.add_grains(position[mine], radius[mine], material=m, velocity=velocity[mine],
-                                                 omega=omega[mine])
+            self.ids[mine] = self.sim.add_grains(
+                position[mine], radius[mine], material=m, velocity=velocity[mine], omega=omega[mine]
+            )
         start_like_lammps(self.sim, self.ids, self.lammps["start"])
 
     @staticmethod
@@ -158,13 +194,20 @@ class Scene:
         return 1.0 if alpha is None else restitution_of(alpha(e) / sqrt(5.0))
 
     def properties(self, mixing, alpha, m):
-        return {"youngs_modulus": moduli(mixing)[m], "poisson_ratio": POISSON[m], "friction": FRICTION[m],
-                "restitution": self.restitution(alpha, RESTITUTION[m])}
+        return {
+            "youngs_modulus": moduli(mixing)[m],
+            "poisson_ratio": POISSON[m],
+            "friction": FRICTION[m],
+            "restitution": self.restitution(alpha, RESTITUTION[m]),
+        }
 
     def materials(self, mixing, alpha):
         first, second = (self.properties(mixing, alpha, m) for m in (0, 1))
-        return [bc.Material("soft", density=DENSITY, **first), bc.Material("stiff", density=DENSITY, **second),
-                bc.Material("floor", **first)]
+        return [
+            bc.Material("soft", density=DENSITY, **first),
+            bc.Material("stiff", density=DENSITY, **second),
+            bc.Material("floor", **first),
+        ]
 
     def set_pairs(self, mixing, alpha):
         mixed = self.restitution(alpha, sqrt(RESTITUTION[0] * RESTITUTION[1]))
@@ -220,8 +263,9 @@ def test_first_step_equals_lammps_mindlin(tmp_path, tsuji_alpha):
 
 
 @bc.law(properties=PROPERTIES, history={"slip": 3}, mix=mix)
-def mindlin_of_displacement(overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt,
-                            E_eff, G_eff, friction, alpha, slip):
+def mindlin_of_displacement(
+    overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt, E_eff, G_eff, friction, alpha, slip
+):
     """A user's law: F_t = -8 G* a slip - eta v_t, the slip turned with the contact; Tsuji's eta in both directions."""
     a = sqrt(radius_eff * overlap)
     stiffness = 4.0 / 3.0 * E_eff * a
@@ -230,8 +274,10 @@ def mindlin_of_displacement(overlap, normal, normal_velocity, tangential_velocit
     normal_force = max(stiffness * overlap - eta * normal_velocity, 0.0)
     slip = add(turn(slip, normal), scale(dt, tangential_velocity))
     viscous = scale(eta, tangential_velocity)
-    force, slides = slide(scale(-1.0, add(scale(shear_stiffness, slip), viscous)), friction * normal_force)
-    if slides:
+    trial = scale(-1.0, add(scale(shear_stiffness, slip), viscous))
+    ratio = sliding_ratio(trial, friction * normal_force)
+    force = scale(ratio, trial)
+    if ratio < 1.0:
         slip = scale(-1.0 / shear_stiffness, add(force, viscous))
     return normal_force, force, slip
 

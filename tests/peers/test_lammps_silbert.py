@@ -26,7 +26,8 @@ def test_silbert_equals_scaled_hertz_history_for_equal_grains(tmp_path):
     velocity, omega = rng.normal(0.0, 0.3, (200, 3)), rng.normal(0.0, 0.6, (200, 3))
     write_data(tmp_path / "equal.data", (0, 0, -1), (SIDE, SIDE, 30), position, radius, DENSITY, velocity, omega)
     pair, wall = 2.0 / diameter, np.sqrt(2.0) / diameter
-    lammps = run_lammps(f"""{HEAD}
+    lammps = run_lammps(
+        f"""{HEAD}
 boundary p p f
 read_data equal.data
 pair_style gran/hertz/history {pair * KN:.17g} {pair * KT:.17g} {pair * GAMMA_N:.17g} {pair * GAMMA_T:.17g} {FRICTION} 1
@@ -44,11 +45,18 @@ run 1 pre no
 snapshot one
 run 19 pre no
 snapshot twenty
-""", tmp_path)
+""",
+        tmp_path,
+    )
 
     material = bc.Material("grain", density=DENSITY, kn=KN, kt=KT, gamma_n=GAMMA_N, gamma_t=GAMMA_T, friction=FRICTION)
-    sim = bc.Simulation(bc.Box((0, 0, -1), (SIDE, SIDE, 30), periodic=(True, True, False)), bc.laws.silbert_standard, material,
-                        DT, gravity=(0.0, 0.0, -1.0))
+    sim = bc.Simulation(
+        bc.Box((0, 0, -1), (SIDE, SIDE, 30), periodic=(True, True, False)),
+        bc.laws.silbert_standard,
+        material,
+        DT,
+        gravity=(0.0, 0.0, -1.0),
+    )
     floor = sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
     ids = sim.add_grains(position, radius, velocity=velocity, omega=omega)
     start_like_lammps(sim, ids, lammps["start"])

@@ -37,7 +37,8 @@ def path_of_lammps(start, times, scheme, folder):
     for number, time in enumerate(times):
         runs += f"run {round(time / DT) - done} pre no\nsnapshot {number}\n"
         done = round(time / DT)
-    taken = run_lammps(f"""
+    taken = run_lammps(
+        f"""
 units si
 atom_style sphere
 boundary f f f
@@ -63,7 +64,9 @@ fix 2 large freeze
 fix 3 small nve/sphere
 fix 4 all wall/gran granular {constants} zplane {FLOOR} NULL
 run 0
-{runs}""", folder)
+{runs}""",
+        folder,
+    )
     return np.array([taken[str(number)]["x"][2] for number in range(len(times))])
 
 
@@ -71,10 +74,12 @@ def path_of_barchan(start, times, scheme):
     """Positions of the small grain at the given times, (times, 3), by barchan."""
     mass = 4.0 / 3.0 * np.pi * SMALL**3 * DENSITY
     damping_ratio = -np.log(RESTITUTION) / np.hypot(np.pi, np.log(RESTITUTION))
-    material = bc.Material("glass", density=DENSITY, kn=KN, kt=KT, gamma_n=2.0 * damping_ratio * np.sqrt(KN / mass),
-                           gamma_t=0.0, friction=FRICTION)
-    sim = bc.Simulation(bc.Box((-0.02, -0.02, -0.03), (0.03, 0.02, 0.02)), SCHEMES[scheme], material, DT,
-                        gravity=(0.0, 0.0, -9.81))
+    material = bc.Material(
+        "glass", density=DENSITY, kn=KN, kt=KT, gamma_n=2.0 * damping_ratio * np.sqrt(KN / mass), gamma_t=0.0, friction=FRICTION
+    )
+    sim = bc.Simulation(
+        bc.Box((-0.02, -0.02, -0.03), (0.03, 0.02, 0.02)), SCHEMES[scheme], material, DT, gravity=(0.0, 0.0, -9.81)
+    )
     sim.check_dt = False  # 1e-6 s is a twelfth of the duration of a contact, above what barchan recommends
     sim.skin = 2e-4
     sim.add_wall(bc.Plane((0.0, 0.0, FLOOR), (0.0, 0.0, 1.0)))
@@ -120,10 +125,13 @@ def test_leaning_grain_falls_with_the_default_scheme_as_in_lammps(tmp_path):
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize(("scheme", "published", "tolerance"), [
-    ("standard", (3.13e-4, -1.6005e-3, 2.79e-4, 1.5970e-3), 2e-7),
-    ("synchronised", (2.43e-4, -7.16e-3, -1.826e-2, -1.956e-2), 4e-5),
-])
+@pytest.mark.parametrize(
+    ("scheme", "published", "tolerance"),
+    [
+        ("standard", (3.13e-4, -1.6005e-3, 2.79e-4, 1.5970e-3), 2e-7),
+        ("synchronised", (2.43e-4, -7.16e-3, -1.826e-2, -1.956e-2), 4e-5),
+    ],
+)
 def test_published_start_sticks_or_falls_as_in_lammps(tmp_path, scheme, published, tolerance):
     """The published start for 0.30 s, 300,000 steps: heights at 0.15, 0.18, 0.21 and 0.30 s.
 

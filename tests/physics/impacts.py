@@ -91,6 +91,18 @@ class Impacts:
         assert self.sim.touching == 0, f"{self.sim.touching} contact(s) still touch after {steps} steps"
         return self
 
+    def run_until_apart(self, most):
+        """Run until all contacts have ended, at most ``most`` steps."""
+        for _ in range(0, most, 500):
+            if not self.run_some(500):
+                return self
+        raise AssertionError(f"{self.sim.touching} contact(s) still touch after {most} steps")
+
+    def run_some(self, steps):
+        """Run; returns how many contacts touch."""
+        self.sim.run(steps)
+        return self.sim.touching
+
     def peaks(self, steps):
         """Largest overlap and normal force of each impact over ``steps`` steps, from parabolas through the three values
         around each maximum; and that all contacts have ended."""

@@ -261,7 +261,9 @@ class ReferenceDEM:
 
     def evaluate(self, c, key, parameters, before):
         """Force on the first grain of a contact; notes the contact and its memory, which starts at 0 with the contact."""
-        normal_force, c.tangential, self.memory[key], slides = self.law(c, parameters, before.get(key, np.zeros(3)))
+        memory = before.get(key, np.zeros(3))
+        normal_force, c.tangential, carried, slides = self.law(c, parameters, memory)
+        self.memory[key] = carried if c.dt > 0.0 else memory
         total = normal_force * c.normal + c.tangential
         self.contacts[key] = SimpleNamespace(overlap=c.overlap, force=total, slides=slides)
         return total

@@ -173,7 +173,7 @@ def has_both(keys):
     return any(partner >= 0 for _, partner in keys) and any(partner < 0 for _, partner in keys)
 
 
-@pytest.mark.parametrize("kind", ["channel", "bin"])
+@pytest.mark.parametrize("kind", ["channel", pytest.param("bin", marks=pytest.mark.bounds)])
 @pytest.mark.parametrize("law", SHIPPED)
 def test_forces_after_one_step_and_states_after_200(law, kind):
     sim, reference = both(law, kind, (0.5, -1.0, -4.0), seed=len(law) + len(kind))

@@ -11,6 +11,8 @@ from barchan.domain import Box
 from barchan.errors import SceneError
 from barchan.kernels.integrate import fold, nearest
 
+pytestmark = pytest.mark.nojit
+
 corners = st.tuples(*[st.floats(-10.0, 10.0)] * 3)
 edges = st.tuples(*[st.floats(0.5, 20.0)] * 3)
 flags = st.tuples(*[st.booleans()] * 3)
@@ -51,7 +53,8 @@ def test_wrap_folds_into_the_box_and_counts_images(box, seed, spread):
     folded, image = box.wrap(position)
     for axis in range(3):
         if box.periodic[axis]:
-            assert (folded[:, axis] >= box.low[axis]).all() and (folded[:, axis] < box.high[axis]).all()
+            digits = 1e-15 * (abs(box.low[axis]) + box.length[axis])
+            assert (folded[:, axis] >= box.low[axis] - digits).all() and (folded[:, axis] < box.high[axis]).all()
         else:
             assert (folded[:, axis] == position[:, axis]).all() and not image[:, axis].any()
     assert np.abs(folded + image * box.length - position).max() <= 1e-13 * (1.0 + np.abs(position).max())
@@ -62,13 +65,15 @@ def test_wrap_folds_into_the_box_and_counts_images(box, seed, spread):
 @given(st.floats(-10.0, 10.0), st.floats(0.5, 20.0), st.integers(-3, 3), st.integers(-2, 2))
 @example(0.1, 0.8, -1, 0)
 def test_wrap_at_the_very_faces(low, edge, ulps, turns):
-    """A few last digits beside a face are where folding goes wrong by rounding."""
+    """A few last digits beside a face are where folding goes wrong by rounding; it may miss the face by those, not by more."""
     box = Box((low, 0, 0), (low + edge, 1, 1), (True, False, False))
     x = (low if ulps < 0 else low + edge) + turns * edge
     for _ in range(abs(ulps)):
         x = np.nextafter(x, np.inf if ulps > 0 else -np.inf)
-    folded, _ = box.wrap(np.array([[x, 0.5, 0.5]]))
-    assert box.low[0] <= folded[0, 0] < box.high[0]
+    folded, image = box.wrap(np.array([[x, 0.5, 0.5]]))
+    digits = 4.0 * np.finfo(float).eps * (abs(low) + edge)
+    assert box.low[0] - digits <= folded[0, 0] < box.high[0] + digits
+    assert folded[0, 0] + image[0, 0] * edge == pytest.approx(x, abs=4.0 * digits)
 
 
 @given(st.floats(-10.0, 10.0), st.floats(0.5, 20.0), st.floats(-0.9, 1.9))

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 from barchan.kernels.exact_sum import LIMBS, accumulate, carry, exact_sum, value_of
 from barchan.parallel import virtual_ranks, world
 
+pytestmark = pytest.mark.nojit
+
 finite = st.floats(allow_nan=False, allow_infinity=False)
 lists = st.lists(finite, max_size=40)
 LARGEST, SMALLEST = 1.7976931348623157e308, 5e-324

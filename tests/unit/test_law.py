@@ -6,6 +6,8 @@ from barchan.errors import LawError, SceneError
 from barchan.laws import SHIPPED
 from barchan.laws.law import QUANTITIES, law, mix_by_rule
 
+pytestmark = pytest.mark.nojit
+
 ZERO = (0.0, 0.0, 0.0)
 
 

@@ -10,6 +10,8 @@ from barchan.laws import hertz_mindlin, linear
 from barchan.laws.law import Property, law
 from barchan.materials import Material, Materials
 
+pytestmark = pytest.mark.nojit
+
 STEEL = {"kn": 200.0, "kt": 50.0, "gamma_n": 4.0, "gamma_t": 1.0, "friction": 0.2}
 RUBBER = {"kn": 2.0, "kt": 2.0, "gamma_n": 9.0, "gamma_t": 4.0, "friction": 0.8}
 

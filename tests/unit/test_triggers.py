@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from barchan import At, Every
 from barchan.errors import SceneError
 
+pytestmark = pytest.mark.nojit
+
 
 @given(st.integers(1, 50), st.integers(0, 50), st.integers(0, 500))
 def test_every_is_due_at_start_and_each_period_after_it(period, start, step):

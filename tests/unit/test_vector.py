@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from barchan.laws.vector import add, cross, dot, norm, project, scale, sub, turn
 
+pytestmark = pytest.mark.nojit
+
 vectors = st.tuples(*[st.floats(-1e3, 1e3, allow_subnormal=False)] * 3)
 
 

@@ -124,7 +124,9 @@ def module_text(law, uniform):
     arguments = [f"{a}={given.get(a, a)}" for a in inspect.signature(law.function).parameters]
     hoisted = [f"{p} = table[{row}, 0]" for row, p in enumerate(parameters)]
     looked_up = [f"{p} = table[{row}, pair]" for row, p in enumerate(parameters)]
-    kept = [f"history[{row}, k] = {flat} if touches else 0.0" for row, flat in enumerate(memory)]
+    kept = [
+        f"history[{row}, k] = ({flat} if dt > 0.0 else history[{row}, k]) if touches else 0.0" for row, flat in enumerate(memory)
+    ]
     read = [f"history[{row}, k]" for row in range(len(memory))]
     arm_first, arm_second = ARMS[law.lever]
     deep, shallow = "\n        ", "\n    "

@@ -33,16 +33,10 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, l
 
     ``place``, ``motion``, ``spin`` and ``image`` are modified. ``reference``: positions at the last rebuild.
 
-    Returns (largest square of the displacement since the rebuild, largest displacement along x, -x, y, -y, z, -z, largest
-    square of a velocity, grains outside the box or not finite).
+    Returns (largest square of the displacement since the rebuild, largest square of a velocity, grains outside the box or
+    not finite).
     """
     farthest = 0.0
-    east = -1e300
-    west = -1e300
-    north = -1e300
-    south = -1e300
-    up = -1e300
-    down = -1e300
     fastest = 0.0
     bad = 0
     for i in prange(force.shape[0]):
@@ -59,11 +53,27 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, l
         dy = nearest(place[i, 1] - reference[i, 1], length[1], half[1])
         dz = nearest(place[i, 2] - reference[i, 2], length[2], half[2])
         farthest = max(farthest, dx * dx + dy * dy + dz * dz)
+        fastest = max(fastest, motion[i, 0] * motion[i, 0] + motion[i, 1] * motion[i, 1] + motion[i, 2] * motion[i, 2])
+    return farthest, fastest, bad
+
+
+@kernel(parallel=True)
+def extents(place, reference, length, half):
+    """Largest displacements since the rebuild along x, -x, y, -y, z, -z."""
+    east = -1e300
+    west = -1e300
+    north = -1e300
+    south = -1e300
+    up = -1e300
+    down = -1e300
+    for i in prange(place.shape[0]):
+        dx = nearest(place[i, 0] - reference[i, 0], length[0], half[0])
+        dy = nearest(place[i, 1] - reference[i, 1], length[1], half[1])
+        dz = nearest(place[i, 2] - reference[i, 2], length[2], half[2])
         east = max(east, dx)
         west = max(west, -dx)
         north = max(north, dy)
         south = max(south, -dy)
         up = max(up, dz)
         down = max(down, -dz)
-        fastest = max(fastest, motion[i, 0] * motion[i, 0] + motion[i, 1] * motion[i, 1] + motion[i, 2] * motion[i, 2])
-    return farthest, east, west, north, south, up, down, fastest, bad
+    return east, west, north, south, up, down

@@ -100,10 +100,11 @@ def pair_forces(first, second, n_owned, place, motion, spin, material, stride, t
         out[7, k] = pjy if touches else 0.0
         out[8, k] = pjz if touches else 0.0
         {keep_history}
-        relative = overlap / (2.0 * min(ri, rj)) if i < n_owned else 0.0
-        touching += 1 if relative > 0.0 else 0
-        large += 1 if relative > allowed_overlap else 0
-        too_large += 1 if relative > max_overlap else 0
+        counted = overlap if i < n_owned else -1.0
+        diameter = 2.0 * min(ri, rj)
+        touching += 1 if counted > 0.0 else 0
+        large += 1 if counted > allowed_overlap * diameter else 0
+        too_large += 1 if counted > max_overlap * diameter else 0
     return touching, large, too_large
 
 
@@ -137,10 +138,9 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
         out[4, k] = piy if touches else 0.0
         out[5, k] = piz if touches else 0.0
         {keep_history}
-        relative = overlap / (2.0 * ri)
         touching += 1 if touches else 0
-        large += 1 if relative > allowed_overlap else 0
-        too_large += 1 if relative > max_overlap else 0
+        large += 1 if overlap > allowed_overlap * 2.0 * ri else 0
+        too_large += 1 if overlap > max_overlap * 2.0 * ri else 0
     return touching, large, too_large
 '''
 

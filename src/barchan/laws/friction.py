@@ -19,8 +19,7 @@ def standard(memory, rate, normal, dt):
     return project(add(memory, scale(dt, rate)), normal)
 
 
-def slide(trial, limit):
-    """Coulomb: the trial force, shortened to ``limit``; and whether it slides. Equation (7)."""
+def sliding_ratio(trial, limit):
+    """Coulomb: the factor that shortens the trial force to ``limit`` when the contact slides, else 1. Equation (7)."""
     size = norm(trial)
-    slides = size > limit
-    return scale(limit / size if slides else 1.0, trial), slides
+    return limit / size if size > limit else 1.0

@@ -9,9 +9,9 @@ Sources: Marketos et al. 2013 for the increments, Tsuji et al. 1992 for eta.
 
 from math import acos, acosh, exp, sqrt
 
-from barchan.laws.friction import slide
+from barchan.laws.friction import sliding_ratio
 from barchan.laws.law import Property, law, mix_by_rule
-from barchan.laws.vector import scale, sub, turn
+from barchan.laws.vector import add, scale, sub, turn
 
 PROPERTIES = {
     "youngs_modulus": Property("force/length^2", above=True),
@@ -82,9 +82,11 @@ def mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, 
     eta = alpha * sqrt(mass_eff * stiffness)
     normal_force = max(stiffness * overlap - eta * normal_velocity, 0.0)
     viscous = scale(eta, tangential_velocity)
-    force, slides = slide(sub(shear, viscous), friction * normal_force)
-    if slides:
-        shear = (force[0] + viscous[0], force[1] + viscous[1], force[2] + viscous[2])
+    trial = sub(shear, viscous)
+    ratio = sliding_ratio(trial, friction * normal_force)
+    force = scale(ratio, trial)
+    if ratio < 1.0:
+        shear = add(force, viscous)
     return normal_force, force, shear
 
 

@@ -12,9 +12,9 @@ The ones whose name ends in ``_standard`` carry the displacement as most codes d
 
 from math import sqrt
 
-from barchan.laws.friction import slide, standard, synchronised
+from barchan.laws.friction import sliding_ratio, standard, synchronised
 from barchan.laws.law import Property, law
-from barchan.laws.vector import add, scale
+from barchan.laws.vector import add, scale, sub
 
 
 def _properties(stiffness, rate):
@@ -35,11 +35,11 @@ def viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn,
     """Equations (5) to (8) with the factor ``f``."""
     normal_force = f * (kn * overlap - gamma_n * mass_eff * normal_velocity)
     viscous = scale(gamma_t * mass_eff, tangential_velocity)
-    trial = scale(-f, add(scale(kt, slip), viscous))
-    force, slides = slide(trial, friction * abs(normal_force))
-    if slides:
-        slip = scale(-1.0 / kt, add(scale(1.0 / f, force), viscous))
-    return normal_force, force, slip
+    pull = add(scale(kt, slip), viscous)
+    ratio = sliding_ratio(scale(f, pull), friction * abs(normal_force))
+    if ratio < 1.0:
+        slip = scale(1.0 / kt, sub(scale(ratio, pull), viscous))
+    return normal_force, scale(-f * ratio, pull), slip
 
 
 @law(properties=PER_LENGTH, history={"slip": 3})

@@ -3,10 +3,8 @@
 Stale when a pair that is not in the list could touch: when two grains, or a grain and a wall, may have approached by more
 than the skin since the last rebuild. Two bounds on the approach hold, and the smaller counts: twice the largest
 displacement, and the diagonal of the box that holds all displacements. The second lets a flow that moves as a whole go
-further: along a chute it halves the rebuilds.
+further (along a chute it halves the rebuilds); it costs a pass over the grains, so it is asked for when the first fails.
 """
-
-from math import sqrt
 
 import numpy as np
 
@@ -36,16 +34,14 @@ class Staleness:
         self.last_step = step
         self.reference = position.copy()
 
-    def is_stale(self, step, farthest_square, extents, skin):
-        """True if the list must be rebuilt before forces are computed.
+    def wants_rebuild(self, step):
+        """True if more rebuilds were asked for than are needed, and one is due at ``step``."""
+        return self.also_when is not None and bool(self.also_when(step))
 
-        Args:
-            farthest_square: square of the largest displacement over all ranks [length^2].
-            extents: largest displacement along x, -x, y, -y, z, -z, walls included [length].
-        """
-        diagonal = sqrt(sum((extents[2 * c] + extents[2 * c + 1]) ** 2 for c in range(3)))
-        approach = min(2.0 * sqrt(farthest_square), diagonal)
-        return approach > skin * (1.0 - 1e-9) or (self.also_when is not None and bool(self.also_when(step)))
+    @staticmethod
+    def exceeds(approach, skin):
+        """True if two surfaces may have approached by more than the skin."""
+        return approach > skin * (1.0 - 1e-9)
 
     def note_speed(self, speed, skin, dt):
         """Take the present largest speed into the bound of equation (13)."""

@@ -1,0 +1,172 @@
+"""The neighbour list against a look at every pair: none missed, none twice, the smaller id first, on any number of ranks."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scenes import NOTHING, simulation
+
+import barchan as bc
+from barchan.parallel import virtual_ranks, world
+
+pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
+
+#: Edge of the box in cut-offs: the shortest period that is allowed holds two cells; without a period, fewer will do.
+SHORTEST = 2.0 + 1e-9
+PERIODS = st.sampled_from([SHORTEST, 2.3, 2.999, 3.0, 4.7])
+OPEN_EDGES = st.sampled_from([0.2, 1.0, 1.7, 3.0, 6.0])
+
+
+@st.composite
+def scenes(draw):
+    """A gas of grains that hardly feel each other: radii, places, velocities, box, skin and some immobile grains."""
+    periodic = draw(st.tuples(st.booleans(), st.booleans(), st.booleans()))
+    count, ratio = draw(st.integers(1, 60)), draw(st.sampled_from([1.0, 1.5, 4.0, 10.0]))
+    skin, edges = draw(st.sampled_from([0.02, 0.2, 1.0])), [draw(PERIODS if p else OPEN_EDGES) for p in periodic]
+    frozen_part = draw(st.sampled_from([0.0, 0.3]))
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    radius = np.exp(rng.uniform(-np.log(ratio), 0.0, count))
+    largest = radius.max()
+    low = rng.uniform(-5.0, 5.0, 3)
+    box = bc.Box(low, low + np.array(edges) * (2.0 * largest + skin), periodic)
+    return {"box": box, "skin": skin, "radius": radius, "position": low + rng.random((count, 3)) * box.length,
+            "velocity": rng.normal(size=(count, 3)), "frozen": rng.random(count) < frozen_part}
+
+
+def make(scene):
+    sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
+    sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], np.inf, False
+    sim.add_grains(scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"])
+    return sim
+
+
+def surface_distances(box, position, radius):
+    """Gap between the surfaces of all pairs, over the nearest image; matrix by row."""
+    branch = box.difference(position[:, None, :], position[None, :, :])
+    return np.sqrt((branch**2).sum(axis=2)) - radius[:, None] - radius[None, :]
+
+
+def listed_pairs(sim):
+    """Pairs of ids in this rank's list, as a list of tuples, and the ids that it owns."""
+    ids = sim.grains.view("id", ghosts=True)
+    pairs = np.stack([ids[sim.contacts.first], ids[sim.contacts.second]], axis=1)
+    return [tuple(pair) for pair in pairs.tolist()], set(sim.grains.view("id").tolist())
+
+
+def assert_lists_are_right(parts, gap, frozen, skin):
+    """Every rank lists each pair that concerns one of its grains once, and each that is nearer than the skin is listed."""
+    owners = [grain for _, own in parts for grain in own]
+    assert sorted(owners) == list(range(len(frozen))), "every grain has one owner"
+    matters = ~(frozen[:, None] & frozen[None, :])
+    near = {(i, j) for i, j in np.argwhere(matters & (gap < skin * (1.0 - 1e-9))).tolist() if i < j}
+    perhaps = {(i, j) for i, j in np.argwhere(matters & (gap < skin * (1.0 + 1e-9))).tolist() if i < j}
+    for pairs, own in parts:
+        assert all(i < j for i, j in pairs), "the smaller id comes first"
+        assert len(set(pairs)) == len(pairs), "none is listed twice"
+        concerned = {(i, j) for i, j in near if i in own or j in own}
+        assert concerned <= set(pairs), f"missed: {concerned - set(pairs)}"
+        assert set(pairs) <= perhaps, f"too far, or both immobile: {set(pairs) - perhaps}"
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+@given(scene=scenes())
+@settings(max_examples=60)
+def test_the_list_holds_exactly_the_pairs_within_the_skin(ranks, scene):
+    def program():
+        sim = make(scene)
+        sim.prepare()
+        return listed_pairs(sim)
+
+    gap = surface_distances(scene["box"], scene["position"], scene["radius"])
+    assert_lists_are_right(virtual_ranks(ranks, program), gap, scene["frozen"], scene["skin"])
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+@given(scene=scenes())
+@settings(max_examples=25)
+def test_no_touching_pair_is_missed_between_rebuilds(ranks, scene):
+    """The same after every step of a flight: the list may be old, but it holds all pairs that touch by now."""
+    scene["box"] = bc.Box(scene["box"].low, scene["box"].high, (True, True, True))
+    cutoff = 2.0 * scene["radius"].max() + scene["skin"]
+    if (scene["box"].length < SHORTEST * cutoff).any():      # widen the directions that had no period
+        edges = np.maximum(scene["box"].length, SHORTEST * cutoff)
+        scene["box"] = bc.Box(scene["box"].low, scene["box"].low + edges, (True, True, True))
+
+    def program():
+        sim, seen = make(scene), []
+        for _ in range(12):
+            sim.run(1)
+            pairs, own = listed_pairs(sim)
+            places = dict(zip(sim.grains.view("id").tolist(), sim.grains.view("position").tolist()))
+            seen.append((pairs, own, places))
+        return seen
+
+    frozen = scene["frozen"]
+    for parts in zip(*virtual_ranks(ranks, program)):
+        places = {grain: place for _, _, part in parts for grain, place in part.items()}
+        position = np.array([places[grain] for grain in sorted(places)]).reshape(-1, 3)
+        gap = surface_distances(scene["box"], position, scene["radius"])
+        touching = {(i, j) for i, j in np.argwhere(gap < 0.0).tolist() if i < j and not (frozen[i] and frozen[j])}
+        for pairs, own, _ in parts:
+            concerned = {(i, j) for i, j in touching if i in own or j in own}
+            assert concerned <= set(pairs), f"missed: {concerned - set(pairs)}"
+
+
+@given(st.integers(0, 10**6))
+@example(0)
+@settings(max_examples=10)
+def test_the_list_grows_when_a_grain_has_many_neighbours(seed):
+    """One big grain among hundreds of small ones overflows the room that rows start with; the search is done again."""
+    rng = np.random.default_rng(seed)
+    sim = simulation(bc.Box((0, 0, 0), (10, 10, 10)), properties=NOTHING)
+    sim.skin, sim.max_overlap, sim.check_dt = 0.3, np.inf, False
+    direction = rng.normal(size=(200, 3))
+    around = 5.0 + direction / np.linalg.norm(direction, axis=1)[:, None] * 2.2
+    sim.add_grains([[5.0, 5.0, 5.0]], 2.0)
+    sim.add_grains(around, 0.1)
+    sim.prepare()
+    pairs, _ = listed_pairs(sim)
+    assert {(0, j) for j in range(1, 201)} <= set(pairs)
+    assert sorted(set(pairs)) == sorted(pairs)
+
+
+def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key():
+    """The order of a grain's sum: walls first (negative keys), then ids; it may not depend on rows."""
+    rng = np.random.default_rng(4)
+    sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)), properties=NOTHING)
+    sim.skin, sim.max_overlap, sim.check_dt = 1.0, np.inf, False
+    sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
+    sim.add_wall(bc.Plane((0, 0, 5), (0, 0, -1)))
+    sim.add_grains(rng.uniform(0, 5, (50, 3)), 0.5)
+    sim.prepare()
+    contacts, ids = sim.contacts, sim.grains.view("id")
+    seen = 0
+    for row in range(sim.grains.n):
+        entries = contacts.incidence[contacts.start[row]:contacts.start[row + 1]].astype(int)
+        keys = contacts.keys[contacts.start[row]:contacts.start[row + 1]].tolist()
+        assert keys == sorted(set(keys))
+        for entry, key in zip(entries, keys):
+            k, side = entry >> 1, entry & 1
+            if k < contacts.n_pairs:
+                members = (contacts.first[k], contacts.second[k])
+                assert members[side] == row and ids[members[1 - side]] == key
+            else:
+                assert side == 0 and contacts.wall_grain[k - contacts.n_pairs] == row and key < 0
+        seen += len(entries)
+    assert seen == 2 * contacts.n_pairs + len(contacts.wall_grain) > 100
+
+
+def test_each_virtual_rank_of_the_tests_above_has_work():
+    """Otherwise the tests on two and three ranks would be tests of one."""
+    def program():
+        rng = np.random.default_rng(1)
+        sim = simulation(bc.Box((0, 0, 0), (8, 8, 8), (True,) * 3), properties=NOTHING)
+        sim.skin, sim.max_overlap, sim.check_dt = 0.2, np.inf, False
+        sim.add_grains(rng.uniform(0, 8, (60, 3)), 0.5)
+        sim.prepare()
+        return world().rank, sim.grains.n, sim.grains.n_ghost
+
+    for ranks in (2, 3):
+        parts = virtual_ranks(ranks, program)
+        assert [rank for rank, _, _ in parts] == list(range(ranks))
+        assert all(own > 5 and ghosts > 5 for _, own, ghosts in parts) and sum(own for _, own, _ in parts) == 60

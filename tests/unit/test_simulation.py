@@ -1,0 +1,196 @@
+"""Contracts of ``Simulation`` that no single module keeps: cutting a run, priming, and what may change between runs."""
+
+import warnings
+
+import numpy as np
+import pytest
+from scenes import NOTHING, SOFT, fingerprint, pile, simulation
+
+import barchan as bc
+from barchan.errors import SceneError
+from barchan.measure import contact_table
+from barchan.parallel import virtual_ranks
+
+pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
+
+
+def test_a_run_may_be_cut_anywhere():
+    whole, cut = pile(), pile()
+    whole.run(60)
+    for steps in (1, 0, 20, 38, 1):
+        cut.run(steps)
+    assert fingerprint(whole) == fingerprint(cut)
+    assert (cut.step_number, cut.time) == (whole.step_number, whole.time)
+
+
+def sliding_pair():
+    sim = simulation()
+    sim.add_grains([[5.0, 5.0, 5.0], [5.98, 5.0, 5.0]], 0.5, velocity=[[0.0, 30.0, 0.0], [0.0, 0.0, 0.0]])
+    return sim
+
+
+def test_priming_does_not_touch_the_memory_of_contacts():
+    """F(0) is computed without advancing history; not even equation (8), which sliding would call for, may write it."""
+    sim = sliding_pair()
+    sim.prepare()
+    table = contact_table(sim)
+    pressing = 1000.0 * 0.02
+    assert table["force"][0, 1] == pytest.approx(-0.4 * pressing, rel=1e-6), "the dashpot alone makes it slide"
+    assert not table["memory"].any()
+    sim.run(5)
+    before = contact_table(sim)["memory"]
+    sim.grains.velocity[sim.grains.row_of(0)] = [0.0, 0.0, -40.0]      # now the dashpot alone calls for a memory along z
+    sim.prepare()
+    assert before.any() and contact_table(sim)["memory"].tobytes() == before.tobytes()
+
+
+def test_priming_forgets_contacts_that_an_edit_took_apart():
+    sim = sliding_pair()
+    sim.run(5)
+    row = sim.grains.row_of(1)
+    there = sim.grains.position[row].copy()
+    sim.grains.position[row] = there + (0.1, 0.0, 0.0)
+    sim.prepare()
+    assert len(contact_table(sim)["first"]) == 0
+    sim.grains.position[sim.grains.row_of(1)] = there
+    sim.prepare()
+    assert not contact_table(sim)["memory"].any()
+
+
+@pytest.mark.parametrize("skins", [(0.1, 1.5), (1.5, 0.05), (0.1, 0.0), (0.1, None)])
+def test_the_skin_may_be_changed_between_runs_and_changes_no_bit(skins):
+    """A list made with a thin skin must not be trusted as if it had been made with a wide one."""
+    def final(first, second):
+        sim = simulation(gravity=(0.0, 0.0, -1.0))
+        sim.add_grains([[1.0, 1.0, 5.0], [2.6, 1.0, 5.0], [3.8, 1.2, 5.1]], 0.5, velocity=[[5.0, 0, 0], [-5.0, 0, 0], [-7.0, 0, 0]])
+        sim.skin = first
+        sim.run(20)
+        sim.skin = second
+        sim.run(300)
+        return fingerprint(sim), np.abs(sim.grains.omega).max()
+
+    constant, spin = final(0.1, 0.1)
+    assert spin > 0.0, "they collide"
+    assert final(*skins)[0] == constant
+
+
+@pytest.mark.parametrize("skin", [-0.3, float("nan")])
+def test_an_impossible_skin_is_refused(skin):
+    sim = sliding_pair()
+    sim.skin = skin
+    with pytest.raises(SceneError, match="skin"):
+        sim.run(1)
+
+
+@pytest.mark.parametrize("dt", [0.0, -1e-3, float("nan"), 10.0])
+def test_an_impossible_time_step_is_refused_before_and_between_runs(dt):
+    if dt != 10.0:
+        with pytest.raises(SceneError, match="dt = "):
+            simulation(dt=dt)
+    sim = sliding_pair()
+    sim.run(2)
+    before = fingerprint(sim)
+    sim.dt = dt
+    with pytest.raises(SceneError, match="dt"):
+        sim.run(1)
+    assert fingerprint(sim) == before, "nothing was advanced"
+
+
+def test_a_pair_that_is_set_between_runs_holds_from_then_on():
+    sim = simulation(properties={**NOTHING, "kn": 1000.0})
+    sim.add_grains([[5.0, 5.0, 5.0], [5.98, 5.0, 5.0]], 0.5)
+    sim.run(1)
+    sim.materials.set_pair("a", "a", kn=2000.0)
+    sim.prepare()
+    assert sim.grains.force[sim.grains.row_of(1), 0] == pytest.approx(2000.0 * 0.02, rel=1e-2)
+
+
+def test_gravity_may_be_changed_between_runs():
+    sim = simulation(gravity=(0.0, 0.0, -1.0))
+    sim.add_grains([[5.0, 5.0, 5.0]], 0.5)
+    sim.run(10)
+    sim.gravity = lambda time: (2.0, 0.0, 0.0)
+    sim.run(11)      # the force at the moment of the change was computed with the old one
+    assert sim.grains.velocity[0] == pytest.approx([10 * 2.0e-3, 0.0, -11 * 1.0e-3], rel=1e-12)
+
+
+def test_velocities_of_the_full_step_are_brought_to_the_half_step():
+    """With it, free fall from rest is z - g t^2 / 2 at every full step, to rounding."""
+    sim = simulation(gravity=(0.0, 0.0, -2.0))
+    sim.add_grains([[5.0, 5.0, 5.0]], 0.5)
+    sim.start_at_full_step()
+    for _ in range(3):
+        sim.run(7)
+        assert sim.grains.position[0, 2] == pytest.approx(5.0 - sim.time**2, rel=1e-13)
+
+
+def test_an_empty_simulation_runs_without_a_warning():
+    def program():
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            sim = simulation()
+            sim.run(3)
+            ids = sim.add_grains([[5.0, 5.0, 5.0]], 0.5, velocity=(1.0, 0.0, 0.0))
+            sim.run(2)
+            sim.remove(ids)
+            sim.run(2)
+        return sim.step_number, sim.grains.n
+
+    assert program() == (7, 0)
+    assert virtual_ranks(2, program) == [(7, 0)] * 2
+
+
+def test_a_grain_that_crosses_more_than_a_period_in_a_step_is_not_let_out_of_the_box():
+    """It is folded or it is an error; it does not go on outside."""
+    sim = simulation(bc.Box((0, 0, 0), (10, 10, 10), (True, True, True)))
+    sim.add_grains([[5.0, 5.0, 5.0]], 0.5, velocity=(27.0 / 1e-3, 0.0, 0.0))
+    try:
+        sim.run(1)
+    except bc.BarchanError as error:
+        assert "grain 0" in str(error)
+    else:
+        assert 0.0 <= sim.grains.position[0, 0] < 10.0
+
+
+@pytest.mark.parametrize(("argument", "value"), [("box", (1, 1, 1)), ("law", "linear"), ("materials", [])])
+def test_what_a_simulation_is_made_of_is_checked(argument, value):
+    given = {"box": bc.Box((0, 0, 0), (1, 1, 1)), "law": bc.laws.linear, "materials": bc.Material("a", density=1.0, **SOFT), "dt": 1e-3}
+    with pytest.raises(SceneError, match=argument):
+        bc.Simulation(**{**given, argument: value})
+
+
+def test_one_error_for_each_scene_that_cannot_run():
+    """Bad input never starts a run, and the message says what is wrong with which grain."""
+    def message(change, **options):
+        sim = simulation(bc.Box((0, 0, 0), (6, 6, 6), (True, False, False)), **options)
+        sim.add_grains([[1.0, 1.0, 1.0], [3.0, 3.0, 3.0]], 0.5)
+        change(sim)
+        with pytest.raises(SceneError) as caught:
+            sim.run(1)
+        assert sim.step_number == 0
+        return str(caught.value)
+
+    def edit(name, value):
+        def change(sim):
+            getattr(sim.grains, name)[sim.grains.row_of(1)] = value
+        return change
+
+    assert "grain 1: velocity = [nan" in message(edit("velocity", np.nan))
+    assert "grain 1: radius = 0 [length] must be > 0" in message(edit("radius", 0.0))
+    assert "grain 1: mass = -1 [mass] must be > 0" in message(edit("mass", -1.0))
+    assert "grain 1: material number 1 does not exist; the scene has 1" in message(edit("material", 1))
+    assert "grain 1 at [3.0, 7.5, 3.0] lies outside the box" in message(edit("position", (3.0, 7.5, 3.0)))
+    assert "its period along x is 6 [length]; it must be at least two cut-offs" in message(edit("radius", 1.6))
+    stiff = message(lambda sim: None, properties={**SOFT, "kn": 1e9})
+    assert "dt = 0.001 [time] is above the stable time step" in stiff
+
+
+def test_overlap_and_loss_stop_a_run_with_the_grain_and_the_step():
+    sim = simulation(properties=NOTHING)
+    sim.add_grains([[5.0, 5.0, 5.0], [6.05, 5.0, 5.0]], 0.5, velocity=[[100.0, 0, 0], [0, 0, 0]])
+    with pytest.raises(bc.errors.OverlapError, match=r"grain 0 and grain 1 at .* step \d+: overlap .* allowed are 20 %"):
+        sim.run(4)
+    sim = simulation()
+    sim.add_grains([[0.05, 5.0, 5.0]], 0.5, velocity=(-20.0, 0, 0))
+    with pytest.raises(bc.errors.LostGrainError, match=r"grain 0 at .*, step 3, .* not periodic"):
+        sim.run(10)
