@@ -63,14 +63,15 @@ def coulomb(force, limit):
 
 def spring_and_dashpot(factor, carry):
     """Equations (5) to (8); ``factor`` (contact) is what multiplies both forces, sqrt(delta / (Ri + Rj)) in the paper."""
+
     def law(c, p, displacement):
         f = factor(c)
         displacement = carry(c, displacement, c.slip_half, c.slip)
-        normal_force = f * (p["kn"] * c.overlap - p["gamma_n"] * c.mass_eff * c.normal_velocity)                    # (5)
+        normal_force = f * (p["kn"] * c.overlap - p["gamma_n"] * c.mass_eff * c.normal_velocity)  # (5)
         dashpot = p["gamma_t"] * c.mass_eff * c.slip
-        force, slides = coulomb(f * (-p["kt"] * displacement - dashpot), p["friction"] * abs(normal_force))         # (6), (7)
+        force, slides = coulomb(f * (-p["kt"] * displacement - dashpot), p["friction"] * abs(normal_force))  # (6), (7)
         if slides:
-            displacement = -(force / f + dashpot) / p["kt"]                                                         # (8)
+            displacement = -(force / f + dashpot) / p["kt"]  # (8)
         return normal_force, force, displacement, slides
 
     return law
@@ -78,6 +79,7 @@ def spring_and_dashpot(factor, carry):
 
 def mindlin(carry):
     """Hertz's normal force, Mindlin's tangential stiffness 8 G* a in increments, Tsuji's dashpots, no tension."""
+
     def law(c, p, elastic):
         a = np.sqrt(c.radius_eff * c.overlap)
         elastic = carry(c, elastic, -8.0 * p["G_eff"] * a * c.slip_half, -8.0 * p["G_eff"] * a * c.slip)
@@ -97,6 +99,7 @@ def mix_by_geometric_mean(first, second):
 
 def alpha_of_restitution(restitution):
     """Tsuji's alpha = sqrt(5) z for a contact that ends when its force vanishes: Schwager & Poeschel 2007, by bisection."""
+
     def seen(z):
         root = np.sqrt(1.0 - z * z)
         return np.exp(-z / root * (np.pi - np.arctan2(2.0 * z * root, 1.0 - 2.0 * z * z)))
@@ -110,6 +113,7 @@ def alpha_of_restitution(restitution):
 
 def mix_elastic(first, second):
     """1/E* = sum (1 - nu^2)/E and 1/G* = sum (2 - nu)/G with G = E / (2 (1 + nu)); the rest by the geometric mean."""
+
     def shear_modulus(p):
         return p["youngs_modulus"] / (2.0 * (1.0 + p["poisson_ratio"]))
 
@@ -176,17 +180,17 @@ class ReferenceDEM:
         for name, values in grains.items():
             setattr(self, name, np.array(values))
         self.count = len(self.radius)
-        self.inverse_mass = np.where(self.frozen, 0.0, 1.0 / self.mass)             # an immobile grain is infinitely heavy
+        self.inverse_mass = np.where(self.frozen, 0.0, 1.0 / self.mass)  # an immobile grain is infinitely heavy
         self.inverse_inertia = np.where(self.frozen, 0.0, 1.0 / self.inertia)
         self.image = np.zeros((self.count, 3), dtype=int)
         self.walls, self.dt, self.gravity, self.time = walls, dt, gravity, 0.0
         self.memory = {}
-        self.compute_forces(0.0)                                                    # F(0); the memory does not advance
+        self.compute_forces(0.0)  # F(0); the memory does not advance
 
     def step(self):
-        self.velocity = self.velocity + self.dt * self.inverse_mass[:, None] * self.force                       # (11)
-        self.omega = self.omega + self.dt * self.inverse_inertia[:, None] * self.torque                         # (12)
-        self.position = self.position + self.dt * self.velocity                                                 # (11)
+        self.velocity = self.velocity + self.dt * self.inverse_mass[:, None] * self.force  # (11)
+        self.omega = self.omega + self.dt * self.inverse_inertia[:, None] * self.torque  # (12)
+        self.position = self.position + self.dt * self.velocity  # (11)
         turns = np.where(self.periodic, np.floor((self.position - self.low) / self.length), 0.0)
         self.position, self.image = self.position - turns * self.length, self.image + turns.astype(int)
         for wall in self.walls:
@@ -230,12 +234,16 @@ class ReferenceDEM:
         """What a law may know of the contact of two grains: equations (1) to (3)."""
         r = norm(branch)
         c = SimpleNamespace(
-            dt=dt, overlap=self.radius[i] + self.radius[j] - r, normal=branch / r,
-            radius_i=self.radius[i], radius_j=self.radius[j],
+            dt=dt,
+            overlap=self.radius[i] + self.radius[j] - r,
+            normal=branch / r,
+            radius_i=self.radius[i],
+            radius_j=self.radius[j],
             radius_eff=self.radius[i] * self.radius[j] / (self.radius[i] + self.radius[j]),
-            mass_eff=1.0 / (self.inverse_mass[i] + self.inverse_mass[j]))
+            mass_eff=1.0 / (self.inverse_mass[i] + self.inverse_mass[j]),
+        )
         c.arm_i, c.arm_j = self.radius[i], self.radius[j]
-        if self.lever == "lens":        # to the plane of the circle in which the two spheres cut each other
+        if self.lever == "lens":  # to the plane of the circle in which the two spheres cut each other
             c.arm_i = (r**2 + self.radius[i] ** 2 - self.radius[j] ** 2) / (2.0 * r)
             c.arm_j = (r**2 + self.radius[j] ** 2 - self.radius[i] ** 2) / (2.0 * r)
         velocity = self.velocity[i] - self.velocity[j]
@@ -247,16 +255,23 @@ class ReferenceDEM:
     def wall_contact(self, i, wall, distance, dt):
         """The same at a flat wall: an immobile grain of equal radius in the paper's law, flat and infinitely heavy in others."""
         c = SimpleNamespace(
-            dt=dt, overlap=self.radius[i] - distance, normal=wall.normal, normal_half=wall.normal, radius_i=self.radius[i],
-            radius_j=self.radius[i], radius_eff=self.radius[i], mass_eff=1.0 / self.inverse_mass[i])
-        c.arm_i = distance if self.lever == "lens" else self.radius[i]              # a sphere is cut in the plane of the wall
+            dt=dt,
+            overlap=self.radius[i] - distance,
+            normal=wall.normal,
+            normal_half=wall.normal,
+            radius_i=self.radius[i],
+            radius_j=self.radius[i],
+            radius_eff=self.radius[i],
+            mass_eff=1.0 / self.inverse_mass[i],
+        )
+        c.arm_i = distance if self.lever == "lens" else self.radius[i]  # a sphere is cut in the plane of the wall
         self.add_velocities(c, self.velocity[i] - wall.velocity, c.arm_i * self.omega[i])
         return c
 
     @staticmethod
     def add_velocities(c, velocity, rolling):
-        c.normal_velocity = velocity @ c.normal                                                                 # (2)
-        c.slip = in_plane(velocity, c.normal) - cross(rolling, c.normal)                                        # (3)
+        c.normal_velocity = velocity @ c.normal  # (2)
+        c.slip = in_plane(velocity, c.normal) - cross(rolling, c.normal)  # (3)
         c.slip_half = in_plane(velocity, c.normal_half) - cross(rolling, c.normal_half)
 
     def evaluate(self, c, key, parameters, before):

@@ -19,17 +19,29 @@ AT_REST = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 def two_grains(law, properties, dt=1e-3, velocity=AT_REST, omega=AT_REST, **more):
     """Radii 1 and 2, masses 3 and 6, overlapping by 0.12 along x."""
-    grains = {"position": [[0.0, 0.0, 0.0], [2.88, 0.0, 0.0]], "velocity": velocity, "omega": omega, "radius": [1.0, 2.0],
-              "mass": [3.0, 6.0], "inertia": [1.2, 9.6], "material": [0, 0], "frozen": [False, False], **more}
+    grains = {
+        "position": [[0.0, 0.0, 0.0], [2.88, 0.0, 0.0]],
+        "velocity": velocity,
+        "omega": omega,
+        "radius": [1.0, 2.0],
+        "mass": [3.0, 6.0],
+        "inertia": [1.2, 9.6],
+        "material": [0, 0],
+        "frozen": [False, False],
+        **more,
+    }
     return ReferenceDEM(law, [properties], {}, (-50,) * 3, (50,) * 3, (False,) * 3, grains, [], dt, lambda time: (0.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize(("law", "force"), [
-    ("linear", 200.0 * 0.12),
-    ("silbert", 0.2 * 200.0 * 0.12),                                          # sqrt(0.12 / 3) = 0.2
-    ("hertz", np.sqrt(0.08) * 200.0 * 0.12),                                  # R_eff = 2/3
-    ("hertz_mindlin", 4.0 / 3.0 * 5000.0 / 1.875 * np.sqrt(0.08) * 0.12),     # E* = E / (2 (1 - 1/16))
-])
+@pytest.mark.parametrize(
+    ("law", "force"),
+    [
+        ("linear", 200.0 * 0.12),
+        ("silbert", 0.2 * 200.0 * 0.12),  # sqrt(0.12 / 3) = 0.2
+        ("hertz", np.sqrt(0.08) * 200.0 * 0.12),  # R_eff = 2/3
+        ("hertz_mindlin", 4.0 / 3.0 * 5000.0 / 1.875 * np.sqrt(0.08) * 0.12),  # E* = E / (2 (1 - 1/16))
+    ],
+)
 def test_normal_force_at_rest(law, force):
     dem = two_grains(law, properties_for(law))
     assert dem.force[0] == pytest.approx([-force, 0.0, 0.0], rel=1e-12)
@@ -42,7 +54,7 @@ def test_damping_and_spin_of_the_paper():
     # n = (-1, 0, 0); v_n = -0.5; (0.3 + 0.4) z x n = (0, -0.7, 0), so v_t = (0, 0.7, 0)
     normal, tangential = 0.2 * (200.0 * 0.12 + 3.0 * 2.0 * 0.5), -0.2 * 2.0 * 2.0 * 0.7
     assert dem.force[0] == pytest.approx([-normal, tangential, 0.0], rel=1e-12)
-    assert dem.torque[0] == pytest.approx([0.0, 0.0, tangential], rel=1e-12)          # -R n x F = R x-hat x F
+    assert dem.torque[0] == pytest.approx([0.0, 0.0, tangential], rel=1e-12)  # -R n x F = R x-hat x F
     assert dem.torque[1] == pytest.approx([0.0, 0.0, 2.0 * tangential], rel=1e-12)
 
 
@@ -57,29 +69,30 @@ def test_sliding_contact_obeys_coulomb_and_keeps_its_memory():
     tangential = contact.force - pressing * normal
     assert contact.slides
     assert np.sqrt(tangential @ tangential) == pytest.approx(0.01 * pressing, rel=1e-12)
-    assert dem.memory[0, 1] == pytest.approx(-tangential / 100.0, rel=1e-9, abs=1e-12)          # equation (8)
+    assert dem.memory[0, 1] == pytest.approx(-tangential / 100.0, rel=1e-9, abs=1e-12)  # equation (8)
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_momentum_is_conserved_and_angular_momentum_with_lens_arms(law):
     rng = np.random.default_rng(1)
     dem = two_grains(law, properties_for(law), velocity=rng.normal(size=(2, 3)), omega=rng.normal(size=(2, 3)))
-    for _ in range(5):      # let the memory of the elastic laws grow
+    for _ in range(5):  # let the memory of the elastic laws grow
         dem.step()
     scale = np.abs(dem.force).max()
     assert np.abs(dem.force.sum(axis=0)).max() <= 1e-14 * scale
     twist = np.cross(dem.position, dem.force).sum(axis=0) + dem.torque.sum(axis=0)
     if LAWS[law][2] == "lens":
         assert np.abs(twist).max() <= 1e-12 * np.abs(dem.torque).max()
-    else:       # arms of length R_i miss each other by the overlap: the paper's equation (10) does not conserve it
+    else:  # arms of length R_i miss each other by the overlap: the paper's equation (10) does not conserve it
         assert np.abs(twist).max() > 1e-3 * np.abs(dem.torque).max()
 
 
 @pytest.mark.parametrize("restitution", [0.4, 0.8])
 def test_restitution_that_is_asked_for_is_the_one_seen(restitution):
     properties = {**ELASTIC, "youngs_modulus": 5e5, "restitution": restitution}
-    dem = two_grains("hertz_mindlin", properties, dt=1e-4, velocity=((2.0, 0, 0), (-2.0, 0, 0)),
-                     position=[[0, 0, 0], [3.0001, 0, 0]])
+    dem = two_grains(
+        "hertz_mindlin", properties, dt=1e-4, velocity=((2.0, 0, 0), (-2.0, 0, 0)), position=[[0, 0, 0], [3.0001, 0, 0]]
+    )
     while dem.velocity[1, 0] - dem.velocity[0, 0] < 0.0 or dem.contacts:
         dem.step()
     assert dem.velocity[1, 0] - dem.velocity[0, 0] == pytest.approx(4.0 * restitution, rel=2e-3)
@@ -89,11 +102,26 @@ def test_restitution_that_is_asked_for_is_the_one_seen(restitution):
 def test_wall_and_immobile_grains_count_as_infinitely_heavy():
     """A grain on a wall and on an immobile grain of its radius feels the same in the paper's law."""
     wall = SimpleNamespace(point=np.array([0.0, 0.0, 0.0]), normal=np.array([0.0, 0.0, 1.0]), material=0, velocity=np.zeros(3))
-    one = {"velocity": [[0.3, 0.0, -0.4]], "omega": [[0.0, 1.0, 0.0]], "radius": [1.0], "mass": [3.0], "inertia": [1.2],
-           "material": [0], "frozen": [False], "position": [[0.0, 0.0, 0.95]]}
-    two = {"velocity": [[0.3, 0.0, -0.4], [0, 0, 0]], "omega": [[0.0, 1.0, 0.0], [0, 0, 0]], "radius": [1.0, 1.0],
-           "mass": [3.0, 5.0], "inertia": [1.2, 2.0], "material": [0, 0], "frozen": [False, True],
-           "position": [[0.0, 0.0, 1.95], [0, 0, 0]]}
+    one = {
+        "velocity": [[0.3, 0.0, -0.4]],
+        "omega": [[0.0, 1.0, 0.0]],
+        "radius": [1.0],
+        "mass": [3.0],
+        "inertia": [1.2],
+        "material": [0],
+        "frozen": [False],
+        "position": [[0.0, 0.0, 0.95]],
+    }
+    two = {
+        "velocity": [[0.3, 0.0, -0.4], [0, 0, 0]],
+        "omega": [[0.0, 1.0, 0.0], [0, 0, 0]],
+        "radius": [1.0, 1.0],
+        "mass": [3.0, 5.0],
+        "inertia": [1.2, 2.0],
+        "material": [0, 0],
+        "frozen": [False, True],
+        "position": [[0.0, 0.0, 1.95], [0, 0, 0]],
+    }
     box = ((-5,) * 3, (5,) * 3, (False,) * 3)
     on_wall = ReferenceDEM("silbert", [SOFT], {}, *box, one, [wall], 1e-3, lambda time: (0, 0, 0))
     on_grain = ReferenceDEM("silbert", [SOFT], {}, *box, two, [], 1e-3, lambda time: (0, 0, 0))

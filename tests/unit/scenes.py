@@ -12,8 +12,14 @@ NOTHING = {"kn": 1e-9, "kt": 1e-9, "friction": 0.0}
 
 def simulation(box=None, dt=1e-3, gravity=(0.0, 0.0, 0.0), properties=SOFT, **options):
     """An empty simulation with the linear law, in a box of edge 20."""
-    return bc.Simulation(box or bc.Box((0, 0, 0), (20, 20, 20)), bc.laws.linear, bc.Material("a", density=1.0, **properties), dt,
-                         gravity, **options)
+    return bc.Simulation(
+        box or bc.Box((0, 0, 0), (20, 20, 20)),
+        bc.laws.linear,
+        bc.Material("a", density=1.0, **properties),
+        dt,
+        gravity,
+        **options,
+    )
 
 
 def pile(count=40, periodic=(True, True, False), **options):
@@ -23,8 +29,9 @@ def pile(count=40, periodic=(True, True, False), **options):
     sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
     site = rng.permutation(125)[:count]
     place = np.stack([site % 5, site // 5 % 5, site // 25], axis=1) * 1.0 + 0.5 + rng.uniform(-0.02, 0.02, (count, 3))
-    sim.add_grains(place, rng.uniform(0.4, 0.52, count), velocity=rng.normal(scale=1.0, size=(count, 3)),
-                   omega=rng.normal(size=(count, 3)))
+    sim.add_grains(
+        place, rng.uniform(0.4, 0.52, count), velocity=rng.normal(scale=1.0, size=(count, 3)), omega=rng.normal(size=(count, 3))
+    )
     sim.skin = 0.1
     return sim
 

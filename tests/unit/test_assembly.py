@@ -60,7 +60,7 @@ def test_a_grain_added_between_runs_is_felt_in_the_next_step():
     sim.add_grains([[5, 5, 5]], 0.5)
     sim.run(5)
     sim.add_grains([[5.98, 5, 5]], 0.5)
-    sim.run(1)      # v <- v + dt F(n)/m with the force of the new contact
+    sim.run(1)  # v <- v + dt F(n)/m with the force of the new contact
     assert sim.grains.velocity[sim.grains.row_of(0), 0] == pytest.approx(-1000.0 * 0.02 * 1e-3 / (np.pi / 6.0), rel=1e-9)
 
 
@@ -142,22 +142,25 @@ def test_an_id_that_does_not_exist_is_an_error(call):
 def test_ids_that_are_refused_are_refused_on_all_ranks_only_if_no_rank_has_them():
     def program():
         sim = pile()
-        sim.freeze([0, 39])      # they live on different ranks; each rank has only some of the ids
+        sim.freeze([0, 39])  # they live on different ranks; each rank has only some of the ids
         sim.run(1)
         return sim.grains.id[sim.grains.frozen == 1].tolist()
 
     assert sorted(grain for own in virtual_ranks(3, program) for grain in own) == [0, 39]
 
 
-@pytest.mark.parametrize(("given", "message"), [
-    ({"position": [[1, 1]]}, r"position has shape \(1, 2\); it must be \(grains, 3\)"),
-    ({"position": [[[1, 1, 1]]]}, r"position has shape \(1, 1, 3\)"),
-    ({"radius": [0.5, 0.4, 0.3]}, r"radius = \[0.5, 0.4, 0.3\] does not fit 2 grains"),
-    ({"velocity": [1.0, 2.0]}, r"velocity = \[1.0, 2.0\] does not fit 2 grains"),
-    ({"colour": 3}, "no field 'colour'; there are: position, "),
-    ({"mass": "heavy"}, "mass = 'heavy' does not fit"),
-    ({"id": [7, 7]}, "id"),
-])
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"position": [[1, 1]]}, r"position has shape \(1, 2\); it must be \(grains, 3\)"),
+        ({"position": [[[1, 1, 1]]]}, r"position has shape \(1, 1, 3\)"),
+        ({"radius": [0.5, 0.4, 0.3]}, r"radius = \[0.5, 0.4, 0.3\] does not fit 2 grains"),
+        ({"velocity": [1.0, 2.0]}, r"velocity = \[1.0, 2.0\] does not fit 2 grains"),
+        ({"colour": 3}, "no field 'colour'; there are: position, "),
+        ({"mass": "heavy"}, "mass = 'heavy' does not fit"),
+        ({"id": [7, 7]}, "id"),
+    ],
+)
 def test_grains_that_do_not_fit_are_refused_and_nothing_is_added(given, message):
     sim = simulation()
     sim.add_grains([[9, 9, 9]], 0.5)
@@ -211,6 +214,7 @@ def test_a_wall_added_between_runs_is_felt_in_the_next_step():
 
 def test_order_of_adding_does_not_matter_but_for_the_ids():
     """One call or several: the same ids, the same bits."""
+
     def scene(parts):
         rng = np.random.default_rng(2)
         position, velocity = rng.uniform(2, 5, (12, 3)), rng.normal(size=(12, 3))

@@ -38,6 +38,7 @@ def test_one_rank_alone_is_the_same_without_a_world():
 
 def test_messages_reach_the_rank_they_are_for_and_nobody_else():
     """Each sends to the next two; the third of four hears from the first and the second."""
+
     def program():
         comm = world()
         boxes = {(comm.rank + step) % comm.size: np.array([comm.rank, step], dtype=np.uint8) for step in (1, 2)}
@@ -49,6 +50,7 @@ def test_messages_reach_the_rank_they_are_for_and_nobody_else():
 
 def test_a_message_is_a_copy():
     """What a rank writes into its own array after sending it must not arrive, nor come back."""
+
     def program():
         comm = world()
         mine = np.array([comm.rank, 7], dtype=np.uint8)
@@ -103,9 +105,10 @@ def test_an_error_on_one_rank_ends_all_with_its_message(guilty, waiting):
 
 def test_an_error_is_raised_together():
     """The rank with the error raises it; the others raise one that quotes it."""
+
     def program():
         comm = world()
-        raise_together(comm, None)      # nobody has one: all go on
+        raise_together(comm, None)  # nobody has one: all go on
         try:
             raise_together(comm, ValueError("bad box") if comm.rank == 1 else None)
         except (ValueError, RankError) as error:
@@ -126,8 +129,10 @@ def test_the_lowest_guilty_rank_speaks_and_no_thread_is_left_behind():
     assert virtual_ranks(2, lambda: world().size) == [2, 2], "the next world is untouched by the last one's failure"
 
 
-@given(st.lists(st.tuples(st.sampled_from(["u1", "u4", "i4", "i8", "f8"]), st.integers(0, 5), st.integers(1, 3)), max_size=6),
-       st.integers(0, 10**6))
+@given(
+    st.lists(st.tuples(st.sampled_from(["u1", "u4", "i4", "i8", "f8"]), st.integers(0, 5), st.integers(1, 3)), max_size=6),
+    st.integers(0, 10**6),
+)
 def test_arrays_come_out_of_a_message_as_they_went_in(shapes, seed):
     """Whatever widths stand before them: an array of doubles may begin at any byte."""
     rng = np.random.default_rng(seed)

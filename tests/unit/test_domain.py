@@ -89,18 +89,23 @@ def test_fold_of_a_step_returns_to_the_period_and_counts_it(low, edge, place):
 
 def test_outside_means_beyond_a_face_that_is_not_periodic():
     box = Box((0, 0, 0), (1, 1, 1), periodic=(True, False, False))
-    points = np.array([[0.5, 0.5, 0.5], [3.0, 0.5, 0.5], [0.5, 1.01, 0.5], [0.5, 0.5, -0.01], [np.nan, 0.5, 0.5], [0.5, 1.0, 0.0]])
+    points = np.array(
+        [[0.5, 0.5, 0.5], [3.0, 0.5, 0.5], [0.5, 1.01, 0.5], [0.5, 0.5, -0.01], [np.nan, 0.5, 0.5], [0.5, 1.0, 0.0]]
+    )
     assert box.outside(points).tolist() == [False, False, True, True, True, False]
 
 
-@pytest.mark.parametrize(("low", "high", "periodic"), [
-    ((0, 0, 0), (1, 1, 0), (False,) * 3),
-    ((0, 0, 0), (1, -1, 1), (False,) * 3),
-    ((0, 0, 0), (1, np.nan, 1), (False,) * 3),
-    ((0, 0, -np.inf), (1, 1, 1), (False,) * 3),
-    ((0, 0), (1, 1), (False,) * 3),
-    ((0, 0, 0), (1, 1, 1), (True, True)),
-])
+@pytest.mark.parametrize(
+    ("low", "high", "periodic"),
+    [
+        ((0, 0, 0), (1, 1, 0), (False,) * 3),
+        ((0, 0, 0), (1, -1, 1), (False,) * 3),
+        ((0, 0, 0), (1, np.nan, 1), (False,) * 3),
+        ((0, 0, -np.inf), (1, 1, 1), (False,) * 3),
+        ((0, 0), (1, 1), (False,) * 3),
+        ((0, 0, 0), (1, 1, 1), (True, True)),
+    ],
+)
 def test_impossible_boxes_are_refused(low, high, periodic):
     with pytest.raises(SceneError, match="box: "):
         Box(low, high, periodic)

@@ -21,7 +21,7 @@ LARGEST, SMALLEST = 1.7976931348623157e308, 5e-324
 
 
 def bits(value):
-    return struct.pack("<d", value + 0.0)      # + 0.0: both zeros are the same sum
+    return struct.pack("<d", value + 0.0)  # + 0.0: both zeros are the same sum
 
 
 def rounded_once(values):
@@ -35,14 +35,14 @@ def rounded_once(values):
 @given(lists)
 @example([1e100, 1.0, -1e100])
 @example([SMALLEST] * 3)
-@example([SMALLEST, -2.0**-1022, 2.0**-1060])
+@example([SMALLEST, -(2.0**-1022), 2.0**-1060])
 @example([LARGEST, LARGEST, -LARGEST])
 @example([1.0, 2.0**-53, 2.0**-106])
 def test_sum_is_rounded_once(values):
     assert bits(exact_sum(np.array(values))) == bits(rounded_once(values))
     try:
         by_python = math.fsum(values)
-    except OverflowError:      # fsum gives up when a partial sum overflows
+    except OverflowError:  # fsum gives up when a partial sum overflows
         return
     assert bits(exact_sum(np.array(values))) == bits(by_python)
 
@@ -54,13 +54,16 @@ def test_any_order_gives_the_same_bits(values, shuffle):
     assert bits(exact_sum(np.array(values))) == before
 
 
-@pytest.mark.parametrize(("values", "expected"), [
-    ([LARGEST, LARGEST], math.inf),
-    ([-LARGEST, -LARGEST], -math.inf),
-    ([LARGEST, 2.0**969], LARGEST),
-    ([LARGEST, 2.0**970], math.inf),        # half way to the next double that would be: a tie goes to the even one, 2^1024
-    ([], 0.0),
-])
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([LARGEST, LARGEST], math.inf),
+        ([-LARGEST, -LARGEST], -math.inf),
+        ([LARGEST, 2.0**969], LARGEST),
+        ([LARGEST, 2.0**970], math.inf),  # half way to the next double that would be: a tie goes to the even one, 2^1024
+        ([], 0.0),
+    ],
+)
 def test_the_ends_of_the_range(values, expected):
     assert exact_sum(np.array(values)) == expected
 
@@ -92,7 +95,7 @@ def test_ranks_sum_to_the_same_bits_as_one(size):
     values = np.array([random.Random(5).uniform(-1, 1) * 10.0**k for k in range(-15, 16)] * 3)
 
     def program():
-        return exact_sum(values[world().rank::size], world())
+        return exact_sum(values[world().rank :: size], world())
 
     assert virtual_ranks(size, program) == [math.fsum(values)] * size
 

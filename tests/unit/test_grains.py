@@ -83,15 +83,28 @@ def test_a_written_radius_mass_or_material_is_used():
 @pytest.mark.parametrize("name", PHYSICAL)
 def test_each_physical_edit_equals_a_scene_that_was_so_from_the_start(name):
     """After the edit, forces are those of the new state, whatever was edited."""
-    values = {"position": (5.2, 5.0, 5.0), "velocity": (0.3, 0.0, 0.0), "omega": (0.0, 0.0, 3.0), "radius": 0.55, "mass": 3.0,
-              "inertia": 0.4, "material": 1, "frozen": 1}
+    values = {
+        "position": (5.2, 5.0, 5.0),
+        "velocity": (0.3, 0.0, 0.0),
+        "omega": (0.0, 0.0, 3.0),
+        "radius": 0.55,
+        "mass": 3.0,
+        "inertia": 0.4,
+        "material": 1,
+        "frozen": 1,
+    }
 
     def scene(edit):
-        materials = [bc.Material("a", density=1.0, kn=1000.0, kt=300.0, gamma_n=9.0, gamma_t=5.0, friction=0.4),
-                     bc.Material("b", density=1.0, kn=3000.0, kt=100.0, gamma_n=1.0, gamma_t=1.0, friction=0.4)]
+        materials = [
+            bc.Material("a", density=1.0, kn=1000.0, kt=300.0, gamma_n=9.0, gamma_t=5.0, friction=0.4),
+            bc.Material("b", density=1.0, kn=3000.0, kt=100.0, gamma_n=1.0, gamma_t=1.0, friction=0.4),
+        ]
         sim = bc.Simulation(bc.Box((0, 0, 0), (10, 10, 10)), bc.laws.linear, materials, 1e-3)
-        sim.add_grains([[5.0, 5.0, 5.0], [6.1, 5.0, 5.0], [5.5, 5.8, 5.0]], 0.5,
-                       velocity=[[0.1, 0.2, 0.0], [0.0, 0.0, 0.0], [0.0, -0.1, 0.0]])
+        sim.add_grains(
+            [[5.0, 5.0, 5.0], [6.1, 5.0, 5.0], [5.5, 5.8, 5.0]],
+            0.5,
+            velocity=[[0.1, 0.2, 0.0], [0.0, 0.0, 0.0], [0.0, -0.1, 0.0]],
+        )
         if edit == "before":
             getattr(sim.grains, name)[0] = values[name]
         sim.prepare()
@@ -110,13 +123,19 @@ def test_views_from_before_a_run_are_read_only_after_it():
     sim.run(1)
     with pytest.raises(ValueError, match="read-only"):
         before[0] = 1.0
-    sim.grains.velocity[0] = 1.0        # taken anew, it may be written
+    sim.grains.velocity[0] = 1.0  # taken anew, it may be written
 
 
-@pytest.mark.parametrize("change", [
-    lambda sim: sim.add_grains([[1.0, 1.0, 5.5]], 0.3), lambda sim: sim.remove([0]), lambda sim: sim.freeze([0]),
-    lambda sim: sim.add_field("colour"), lambda sim: sim.add_wall(bc.Plane((0, 0, 6), (0, 0, -1))),
-])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda sim: sim.add_grains([[1.0, 1.0, 5.5]], 0.3),
+        lambda sim: sim.remove([0]),
+        lambda sim: sim.freeze([0]),
+        lambda sim: sim.add_field("colour"),
+        lambda sim: sim.add_wall(bc.Plane((0, 0, 6), (0, 0, -1))),
+    ],
+)
 def test_an_edit_just_before_a_change_of_the_scene_is_honoured_and_its_view_closed(change):
     sim = pile(count=5)
     view = sim.grains.velocity
@@ -132,10 +151,10 @@ def test_ids_cannot_be_changed_and_keep_what_they_were():
     sim = two_in_flight()
     sim.run(1)
     ids = sorted(sim.grains.id.tolist())
-    with pytest.raises(ValueError, match="ids are given by barchan|read-only"):
+    with pytest.raises(ValueError, match=r"ids are given by barchan|read-only"):
         sim.grains.id[0] = 99
         sim.run(1)
-    sim.run(1)      # the refused edit does not come back by the next run
+    sim.run(1)  # the refused edit does not come back by the next run
     assert sorted(sim.grains.id.tolist()) == ids
 
 
@@ -212,7 +231,7 @@ def test_user_fields_migrate_with_their_grains():
     def program():
         sim = pile()
         label(sim, np.arange(40))
-        sim.grains.velocity[:, 2] -= 5.0     # the ranks share the box along z
+        sim.grains.velocity[:, 2] -= 5.0  # the ranks share the box along z
         before = set(sim.grains.id.tolist())
         sim.run(150)
         assert_labelled(sim, 40)
@@ -225,6 +244,7 @@ def test_user_fields_migrate_with_their_grains():
 
 def test_an_edit_on_one_rank_is_honoured_on_all():
     """Only the owner of a grain can write it; the others must join in to compute the forces anew."""
+
     def program():
         sim = pile()
         sim.run(10)

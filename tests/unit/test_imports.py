@@ -46,8 +46,10 @@ def modules_named(node, path):
         return []
     package = ("barchan", *path.relative_to(ROOT).parts[:-1])
     base = ".".join([*package[: len(package) - node.level + 1], *filter(None, [node.module])]) if node.level else node.module
-    if base == "barchan":       # from barchan import x: a module of its own, or something at the front door
-        return [f"barchan.{a.name}" if (ROOT / a.name).is_dir() or (ROOT / f"{a.name}.py").exists() else "barchan" for a in node.names]
+    if base == "barchan":  # from barchan import x: a module of its own, or something at the front door
+        return [
+            f"barchan.{a.name}" if (ROOT / a.name).is_dir() or (ROOT / f"{a.name}.py").exists() else "barchan" for a in node.names
+        ]
     return [base]
 
 
@@ -72,7 +74,7 @@ def test_no_arrow_points_upwards():
     arrows = []
     for path, line, name in imports():
         if name.split(".")[0] == "barchan":
-            target = (name.split(".") + ["barchan"])[1]
+            target = [*name.split("."), "barchan"][1]
             if HEIGHT[target] > HEIGHT[part_of(path)]:
                 arrows.append(f"{where(path, line)} imports {name}")
     assert arrows == []
@@ -88,16 +90,27 @@ def test_only_their_home_imports(package, home):
 def test_laws_know_no_arrays_and_no_compiler():
     """They are plain functions on numbers: the standard library and the storeys below."""
     allowed = {"barchan", "math", "inspect", "types", "typing"}
-    foreign = [f"{where(path, line)} {name}" for path, line, name in imports()
-               if part_of(path) == "laws" and name.split(".")[0] not in allowed]
+    foreign = [
+        f"{where(path, line)} {name}"
+        for path, line, name in imports()
+        if part_of(path) == "laws" and name.split(".")[0] not in allowed
+    ]
     assert foreign == []
 
 
 def test_the_parser_sees_all_forms_of_import(tmp_path):
     """Otherwise the tests above pass by blindness."""
     path = ROOT / "kernels" / "made_up.py"
-    text = "import barchan.simulation\nfrom barchan import simulation, Box\nfrom ..walls import plane\nfrom . import cells\n" \
-           "def late():\n    from barchan.measure.energy import KineticEnergy\n"
+    text = (
+        "import barchan.simulation\nfrom barchan import simulation, Box\nfrom ..walls import plane\nfrom . import cells\n"
+        "def late():\n    from barchan.measure.energy import KineticEnergy\n"
+    )
     names = [name for node in ast.walk(ast.parse(text)) for name in modules_named(node, path)]
-    assert sorted(names) == ["barchan", "barchan.kernels", "barchan.measure.energy", "barchan.simulation", "barchan.simulation",
-                             "barchan.walls"]
+    assert sorted(names) == [
+        "barchan",
+        "barchan.kernels",
+        "barchan.measure.energy",
+        "barchan.simulation",
+        "barchan.simulation",
+        "barchan.walls",
+    ]

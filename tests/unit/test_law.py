@@ -26,6 +26,7 @@ def test_the_arguments_declare_what_a_law_reads():
 
 def test_ghost_fields_are_those_that_the_law_reads():
     """Too few would be stale numbers at the border of ranks; too many would be sent for nothing."""
+
     def reads(*arguments):
         namespace = {}
         exec(f"def f({', '.join(arguments)}): return 0.0, (0.0, 0.0, 0.0)", namespace)
@@ -36,28 +37,37 @@ def test_ghost_fields_are_those_that_the_law_reads():
     assert reads("tangential_velocity") == reads("slip_velocity_half") == {"position", "velocity", "omega"}
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    ({"history": {"slip": 3}}, r"law 'odd': history \['slip'\] is declared but is no argument"),
-    ({"history": {"kn": 2}}, r"law 'odd': history \{'kn': 2\} must be 1 .* or 3"),
-    ({"lever": "long", "properties": {"kn": "1"}}, "law 'odd': lever = 'long'; it must be 'radius' or 'lens'"),
-    ({}, r"law 'odd': argument\(s\) \['kn'\] are no quantity .* Quantities: overlap, distance, normal"),
-])
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"history": {"slip": 3}}, r"law 'odd': history \['slip'\] is declared but is no argument"),
+        ({"history": {"kn": 2}}, r"law 'odd': history \{'kn': 2\} must be 1 .* or 3"),
+        ({"lever": "long", "properties": {"kn": "1"}}, "law 'odd': lever = 'long'; it must be 'radius' or 'lens'"),
+        ({}, r"law 'odd': argument\(s\) \['kn'\] are no quantity .* Quantities: overlap, distance, normal"),
+    ],
+)
 def test_a_declaration_that_does_not_fit_is_refused_at_once(options, message):
     with pytest.raises(LawError, match=message) as caught:
+
         @law(**options)
         def odd(overlap, kn):
             return kn * overlap, ZERO
+
     assert isinstance(caught.value, SceneError) and isinstance(caught.value, ValueError)
 
 
-@pytest.mark.parametrize("options", [
-    {"properties": {"distance": "length", "kn": "force/length"}},       # the loop would pass the distance of the centres
-    {"properties": {"kn": "force/length"}, "history": {"distance": 1}},
-    {"properties": {"kn": "force/length"}, "history": {"kn": 1}},       # parameter or memory?
-])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"properties": {"distance": "length", "kn": "force/length"}},  # the loop would pass the distance of the centres
+        {"properties": {"kn": "force/length"}, "history": {"distance": 1}},
+        {"properties": {"kn": "force/length"}, "history": {"kn": 1}},  # parameter or memory?
+    ],
+)
 def test_a_name_that_means_two_things_is_refused(options):
     """Silently taking one of the meanings would be a wrong law."""
-    with pytest.raises(LawError, match="distance|kn"):
+    with pytest.raises(LawError, match=r"distance|kn"):
+
         @law(**options)
         def shadow(overlap, distance, kn):
             return kn * overlap * distance, ZERO, 0.0
@@ -80,11 +90,30 @@ def test_mixing_rule_is_symmetric_and_leaves_equal_values_alone():
 
 def contact_values(entry, **changed):
     """Numbers of a sliding, damped contact for a shipped law."""
-    values = {"overlap": 0.02, "distance": 1.98, "normal": (1.0, 0.0, 0.0), "normal_half": (0.8, 0.6, 0.0),
-              "normal_velocity": -0.1, "tangential_velocity": (0.0, 0.3, 0.1), "slip_velocity_half": (-0.18, 0.24, 0.1),
-              "radius_first": 1.0, "radius_second": 1.0, "radius_eff": 0.5, "mass_eff": 2.0, "dt": 0.01,
-              "kn": 100.0, "kt": 50.0, "gamma_n": 1.0, "gamma_t": 1.0, "friction": 0.5, "E_eff": 100.0, "G_eff": 40.0, "alpha": 0.3,
-              "slip": (0.0, 0.01, -0.02), "shear": (0.0, -0.1, 0.2)}
+    values = {
+        "overlap": 0.02,
+        "distance": 1.98,
+        "normal": (1.0, 0.0, 0.0),
+        "normal_half": (0.8, 0.6, 0.0),
+        "normal_velocity": -0.1,
+        "tangential_velocity": (0.0, 0.3, 0.1),
+        "slip_velocity_half": (-0.18, 0.24, 0.1),
+        "radius_first": 1.0,
+        "radius_second": 1.0,
+        "radius_eff": 0.5,
+        "mass_eff": 2.0,
+        "dt": 0.01,
+        "kn": 100.0,
+        "kt": 50.0,
+        "gamma_n": 1.0,
+        "gamma_t": 1.0,
+        "friction": 0.5,
+        "E_eff": 100.0,
+        "G_eff": 40.0,
+        "alpha": 0.3,
+        "slip": (0.0, 0.01, -0.02),
+        "shear": (0.0, -0.1, 0.2),
+    }
     values |= changed
     names = (*entry.quantities, *entry.parameters, *entry.history)
     return {name: values[name] for name in names}

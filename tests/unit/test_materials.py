@@ -39,7 +39,10 @@ def test_a_pair_of_one_material_has_its_values_to_the_bit():
 
 
 def test_moduli_combine_by_contact_mechanics():
-    soft, hard = {"youngs_modulus": 10.0, "poisson_ratio": 0.3, "friction": 0.4}, {"youngs_modulus": 1e12, "poisson_ratio": 0.2, "friction": 0.4}
+    soft, hard = (
+        {"youngs_modulus": 10.0, "poisson_ratio": 0.3, "friction": 0.4},
+        {"youngs_modulus": 1e12, "poisson_ratio": 0.2, "friction": 0.4},
+    )
     mixed = column(Materials([Material("soft", **soft), Material("hard", **hard)]), hertz_mindlin, 0, 1)
     assert mixed["E_eff"] == pytest.approx(10.0 / (1.0 - 0.09), rel=1e-9), "against something rigid: E / (1 - nu^2)"
     assert mixed["G_eff"] == pytest.approx(10.0 / 2.6 / (2.0 - 0.3), rel=1e-9), "and G / (2 - nu)"
@@ -79,10 +82,18 @@ def test_an_unknown_material_is_named_with_those_that_exist(unknown):
         two().index(unknown)
 
 
-@pytest.mark.parametrize(("name", "value", "allowed"), [
-    ("kn", 0.0, "> 0"), ("kn", -1.0, "> 0"), ("friction", -0.1, ">= 0"), ("kt", float("nan"), "> 0"), ("kt", float("inf"), "> 0"),
-    ("friction", "rough", ">= 0"), ("friction", None, None),
-])
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("kn", 0.0, "> 0"),
+        ("kn", -1.0, "> 0"),
+        ("friction", -0.1, ">= 0"),
+        ("kt", float("nan"), "> 0"),
+        ("kt", float("inf"), "> 0"),
+        ("friction", "rough", ">= 0"),
+        ("friction", None, None),
+    ],
+)
 def test_a_bad_value_is_named_with_material_dimension_and_what_is_allowed(name, value, allowed):
     materials = Materials(Material("steel", **{**STEEL, name: value}))
     with pytest.raises(MaterialError) as caught:
@@ -95,9 +106,14 @@ def test_a_bad_value_is_named_with_material_dimension_and_what_is_allowed(name, 
         assert repr(value) in text and allowed in text and f"[{linear.properties[name].dimension}]" in text
 
 
-@pytest.mark.parametrize(("name", "value", "allowed"), [
-    ("restitution", 0.0, "> 0 and <= 1"), ("restitution", 1.2, "> 0 and <= 1"), ("poisson_ratio", 0.6, "> -1 and <= 0.5"),
-])
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("restitution", 0.0, "> 0 and <= 1"),
+        ("restitution", 1.2, "> 0 and <= 1"),
+        ("poisson_ratio", 0.6, "> -1 and <= 0.5"),
+    ],
+)
 def test_bounds_on_both_sides_are_told(name, value, allowed):
     good = {"youngs_modulus": 10.0, "poisson_ratio": 0.3, "friction": 0.4}
     with pytest.raises(MaterialError, match=f"{name} = {value} .*{allowed}"):

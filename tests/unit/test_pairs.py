@@ -29,14 +29,22 @@ def scenes(draw):
     largest = radius.max()
     low = rng.uniform(-5.0, 5.0, 3)
     box = bc.Box(low, low + np.array(edges) * (2.0 * largest + skin), periodic)
-    return {"box": box, "skin": skin, "radius": radius, "position": low + rng.random((count, 3)) * box.length,
-            "velocity": rng.normal(size=(count, 3)), "frozen": rng.random(count) < frozen_part}
+    return {
+        "box": box,
+        "skin": skin,
+        "radius": radius,
+        "position": low + rng.random((count, 3)) * box.length,
+        "velocity": rng.normal(size=(count, 3)),
+        "frozen": rng.random(count) < frozen_part,
+    }
 
 
 def make(scene):
     sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
     sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], np.inf, False
-    sim.add_grains(scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"])
+    sim.add_grains(
+        scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"]
+    )
     return sim
 
 
@@ -88,7 +96,7 @@ def test_no_touching_pair_is_missed_between_rebuilds(ranks, scene):
     """The same after every step of a flight: the list may be old, but it holds all pairs that touch by now."""
     scene["box"] = bc.Box(scene["box"].low, scene["box"].high, (True, True, True))
     cutoff = 2.0 * scene["radius"].max() + scene["skin"]
-    if (scene["box"].length < SHORTEST * cutoff).any():      # widen the directions that had no period
+    if (scene["box"].length < SHORTEST * cutoff).any():  # widen the directions that had no period
         edges = np.maximum(scene["box"].length, SHORTEST * cutoff)
         scene["box"] = bc.Box(scene["box"].low, scene["box"].low + edges, (True, True, True))
 
@@ -142,8 +150,8 @@ def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key():
     contacts, ids = sim.contacts, sim.grains.view("id")
     seen = 0
     for row in range(sim.grains.n):
-        entries = contacts.incidence[contacts.start[row]:contacts.start[row + 1]].astype(int)
-        keys = contacts.keys[contacts.start[row]:contacts.start[row + 1]].tolist()
+        entries = contacts.incidence[contacts.start[row] : contacts.start[row + 1]].astype(int)
+        keys = contacts.keys[contacts.start[row] : contacts.start[row + 1]].tolist()
         assert keys == sorted(set(keys))
         for entry, key in zip(entries, keys):
             k, side = entry >> 1, entry & 1
@@ -158,6 +166,7 @@ def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key():
 
 def test_each_virtual_rank_of_the_tests_above_has_work():
     """Otherwise the tests on two and three ranks would be tests of one."""
+
     def program():
         rng = np.random.default_rng(1)
         sim = simulation(bc.Box((0, 0, 0), (8, 8, 8), (True,) * 3), properties=NOTHING)

@@ -39,7 +39,7 @@ def test_priming_does_not_touch_the_memory_of_contacts():
     assert not table["memory"].any()
     sim.run(5)
     before = contact_table(sim)["memory"]
-    sim.grains.velocity[sim.grains.row_of(0)] = [0.0, 0.0, -40.0]      # now the dashpot alone calls for a memory along z
+    sim.grains.velocity[sim.grains.row_of(0)] = [0.0, 0.0, -40.0]  # now the dashpot alone calls for a memory along z
     sim.prepare()
     assert before.any() and contact_table(sim)["memory"].tobytes() == before.tobytes()
 
@@ -49,7 +49,7 @@ def test_priming_forgets_contacts_that_an_edit_took_apart():
     sim.run(5)
     row = sim.grains.row_of(1)
     there = sim.grains.position[row].copy()
-    sim.grains.position[row] = there + (0.1, 0.0, 0.0)
+    sim.grains.position[row, 0] += 0.1
     sim.prepare()
     assert len(contact_table(sim)["first"]) == 0
     sim.grains.position[sim.grains.row_of(1)] = there
@@ -60,9 +60,12 @@ def test_priming_forgets_contacts_that_an_edit_took_apart():
 @pytest.mark.parametrize("skins", [(0.1, 1.5), (1.5, 0.05), (0.1, 0.0), (0.1, None)])
 def test_the_skin_may_be_changed_between_runs_and_changes_no_bit(skins):
     """A list made with a thin skin must not be trusted as if it had been made with a wide one."""
+
     def final(first, second):
         sim = simulation(gravity=(0.0, 0.0, -1.0))
-        sim.add_grains([[1.0, 1.0, 5.0], [2.6, 1.0, 5.0], [3.8, 1.2, 5.1]], 0.5, velocity=[[5.0, 0, 0], [-5.0, 0, 0], [-7.0, 0, 0]])
+        sim.add_grains(
+            [[1.0, 1.0, 5.0], [2.6, 1.0, 5.0], [3.8, 1.2, 5.1]], 0.5, velocity=[[5.0, 0, 0], [-5.0, 0, 0], [-7.0, 0, 0]]
+        )
         sim.skin = first
         sim.run(20)
         sim.skin = second
@@ -110,7 +113,7 @@ def test_gravity_may_be_changed_between_runs():
     sim.add_grains([[5.0, 5.0, 5.0]], 0.5)
     sim.run(10)
     sim.gravity = lambda time: (2.0, 0.0, 0.0)
-    sim.run(11)      # the force at the moment of the change was computed with the old one
+    sim.run(11)  # the force at the moment of the change was computed with the old one
     assert sim.grains.velocity[0] == pytest.approx([10 * 2.0e-3, 0.0, -11 * 1.0e-3], rel=1e-12)
 
 
@@ -154,13 +157,19 @@ def test_a_grain_that_crosses_more_than_a_period_in_a_step_is_not_let_out_of_the
 
 @pytest.mark.parametrize(("argument", "value"), [("box", (1, 1, 1)), ("law", "linear"), ("materials", [])])
 def test_what_a_simulation_is_made_of_is_checked(argument, value):
-    given = {"box": bc.Box((0, 0, 0), (1, 1, 1)), "law": bc.laws.linear, "materials": bc.Material("a", density=1.0, **SOFT), "dt": 1e-3}
+    given = {
+        "box": bc.Box((0, 0, 0), (1, 1, 1)),
+        "law": bc.laws.linear,
+        "materials": bc.Material("a", density=1.0, **SOFT),
+        "dt": 1e-3,
+    }
     with pytest.raises(SceneError, match=argument):
         bc.Simulation(**{**given, argument: value})
 
 
 def test_one_error_for_each_scene_that_cannot_run():
     """Bad input never starts a run, and the message says what is wrong with which grain."""
+
     def message(change, **options):
         sim = simulation(bc.Box((0, 0, 0), (6, 6, 6), (True, False, False)), **options)
         sim.add_grains([[1.0, 1.0, 1.0], [3.0, 3.0, 3.0]], 0.5)
@@ -173,6 +182,7 @@ def test_one_error_for_each_scene_that_cannot_run():
     def edit(name, value):
         def change(sim):
             getattr(sim.grains, name)[sim.grains.row_of(1)] = value
+
         return change
 
     assert "grain 1: velocity = [nan" in message(edit("velocity", np.nan))

@@ -46,8 +46,8 @@ def test_it_is_not_stale_without_need():
     together = [(30.0, 5.0, 0.0), (30.3, 5.0, 0.4)]
     assert not watch.is_stale(0, *summary(together), skin=0.51), "a flow that moves as a whole"
     assert watch.is_stale(0, *summary(together), skin=0.49)
-    corners = [(0.3, 0.3, 0.3), (-0.3, -0.3, -0.3)]       # diagonal 1.04 = 2 x 0.52
-    ball = [(0.52, 0, 0), (0, 0.52, 0), (0, 0, 0.52), (-0.52, 0, 0), (0, -0.52, 0), (0, 0, -0.52)]      # diagonal 1.80
+    corners = [(0.3, 0.3, 0.3), (-0.3, -0.3, -0.3)]  # diagonal 1.04 = 2 x 0.52
+    ball = [(0.52, 0, 0), (0, 0.52, 0), (0, 0, 0.52), (-0.52, 0, 0), (0, -0.52, 0), (0, 0, -0.52)]  # diagonal 1.80
     assert not watch.is_stale(0, *summary(corners), skin=1.05) and not watch.is_stale(0, *summary(ball), skin=1.05)
 
 
@@ -59,7 +59,7 @@ def test_more_rebuilds_may_be_asked_for():
 
 def test_intervals_and_the_bound_of_equation_13_are_remembered():
     watch = Staleness()
-    for step in (0, 7, 7, 10):      # a rebuild without a step in between is no interval
+    for step in (0, 7, 7, 10):  # a rebuild without a step in between is no interval
         watch.remember(step, np.zeros((1, 3)))
     assert (watch.rebuilds, watch.shortest, watch.total) == (2, 3, 10)
     watch.note_speed(2.0, skin=0.1, dt=0.01)
@@ -80,13 +80,14 @@ def test_the_step_reports_the_displacements_since_the_rebuild(seed, periodic, sp
     velocity = np.clip(velocity, -2.0, 2.0)
     reference, _ = box.wrap(start - before[0] * np.array(periodic))
     place = np.hstack([box.wrap(start)[0], np.ones((n, 1))])
-    inverse = rng.random((n, 1)) * (rng.random((n, 1)) < 0.8)       # some are frozen
+    inverse = rng.random((n, 1)) * (rng.random((n, 1)) < 0.8)  # some are frozen
     motion, spin = np.hstack([velocity, inverse]), np.zeros((n, 4))
     expected = box.difference(box.wrap(place[:, :3] + dt * (velocity + dt * inverse * force))[0], reference)
     image = np.zeros((n, 3), dtype=np.int32)
     frame = box.frame
-    farthest, *extents = kick_drift_wrap(place, motion, spin, image, force, force, np.hstack([reference, np.ones((n, 1))]),
-                                         frame.low, frame.length, frame.half, dt)
+    farthest, *extents = kick_drift_wrap(
+        place, motion, spin, image, force, force, np.hstack([reference, np.ones((n, 1))]), frame.low, frame.length, frame.half, dt
+    )
     square, sides = summary(expected)
     assert farthest == pytest.approx(square, rel=1e-12, abs=1e-14)
     assert extents[:6] == pytest.approx(sides, rel=1e-12, abs=1e-14)
@@ -96,6 +97,7 @@ def test_the_step_reports_the_displacements_since_the_rebuild(seed, periodic, sp
 @pytest.mark.parametrize("speed", [(0.0, 0.0, 3.0), (20.0, 0.0, 3.0)])
 def test_a_wall_that_comes_near_makes_the_list_stale(speed):
     """Grains at rest and a floor that rises: nothing else moves, and it must not arrive unseen."""
+
     def final(also_when):
         sim = simulation(dt=5e-4)
         sim.staleness.also_when = also_when

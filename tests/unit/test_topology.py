@@ -59,9 +59,15 @@ def test_no_rank_with_a_grain_within_reach_is_left_out(topology, reach, seed):
         assert near <= set(topology.neighbours(rank, reach * (1.0 + 1e-9) + 1e-12))
 
 
-@pytest.mark.parametrize(("size", "length", "counts"), [
-    (4, (4.0, 1.0, 1.0), (4, 1, 1)), (8, (1.0, 1.0, 1.0), (2, 2, 2)), (6, (3.0, 2.0, 1.0), (3, 2, 1)), (1, (9.0, 1.0, 1.0), (1, 1, 1)),
-    (5, (1.0, 1.0, 7.0), (1, 1, 5)),
-])
+@pytest.mark.parametrize(
+    ("size", "length", "counts"),
+    [
+        (4, (4.0, 1.0, 1.0), (4, 1, 1)),
+        (8, (1.0, 1.0, 1.0), (2, 2, 2)),
+        (6, (3.0, 2.0, 1.0), (3, 2, 1)),
+        (1, (9.0, 1.0, 1.0), (1, 1, 1)),
+        (5, (1.0, 1.0, 7.0), (1, 1, 5)),
+    ],
+)
 def test_bricks_have_little_surface(size, length, counts):
     assert brick_counts(size, np.array(length)) == counts

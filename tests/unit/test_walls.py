@@ -14,12 +14,15 @@ def test_the_normal_is_brought_to_length_one():
     assert bc.Plane((0, 0, 0), (3, 0, 4)).normal.tolist() == pytest.approx([0.6, 0, 0.8], rel=1e-15)
 
 
-@pytest.mark.parametrize(("given", "message"), [
-    ({"point": (0, 0)}, r"plane: point = \(0, 0\) must be three finite numbers"),
-    ({"normal": (0, 0, np.nan)}, "plane: normal = .* must be three finite numbers"),
-    ({"velocity": (0, np.inf, 0)}, "plane: velocity = .* must be three finite numbers"),
-    ({"normal": (0, 0, 0)}, r"plane: normal = \(0, 0, 0\) has no direction"),
-])
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"point": (0, 0)}, r"plane: point = \(0, 0\) must be three finite numbers"),
+        ({"normal": (0, 0, np.nan)}, "plane: normal = .* must be three finite numbers"),
+        ({"velocity": (0, np.inf, 0)}, "plane: velocity = .* must be three finite numbers"),
+        ({"normal": (0, 0, 0)}, r"plane: normal = \(0, 0, 0\) has no direction"),
+    ],
+)
 def test_what_is_no_plane_is_refused(given, message):
     with pytest.raises(SceneError, match=message):
         bc.Plane(**{"point": (0, 0, 0), "normal": (0, 0, 1), **given})

@@ -1,0 +1,99 @@
+"""Time integration of friction: a small grain on the neck between two large ones must fall, whatever the size ratio.
+
+Source: Vyas, Ottino, Lueptow & Umbanhowar, Comput. Phys. Commun. 310, 109524 (2025). ``necks.py`` says what is simulated;
+docs/physics/friction-integration.md discusses the results. The quick tests use grains a hundred times softer than published,
+with a time step ten times larger; ``-m validate`` repeats all with the published stiffness.
+"""
+
+import numpy as np
+import pytest
+from analytic import rolling_over_neck
+from necks import GRAVITY, HARD, LARGE, RATIOS, SOFT, TILT, Necks, leaving_times
+
+import barchan as bc
+
+DURATION, EVERY, SOFT_DT, HARD_DT = 0.3, 0.001, 1e-5, 1e-6
+
+DEFAULT, STANDARD = ("linear", "silbert", "hertz", "hertz_mindlin"), ("linear_standard", "silbert_standard", "hertz_mindlin_standard")
+
+#: Size ratios between which the standard scheme begins to fail.
+FINE_RATIOS = np.array([5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 15.0, 20.0, 50.0, 100.0])
+
+#: Largest size ratio at which the grain falls with the standard scheme, soft grains.
+FALLS_UP_TO = {"linear_standard": 10.0, "silbert_standard": 8.0, "hertz_mindlin_standard": 9.0}
+
+#: The same with the published stiffness: all three laws.
+HARD_FALLS_UP_TO = 8.0
+
+#: Leaving times [s] at RATIOS, linear law, soft grains: standard scheme with a tenth of the time step, where it has converged
+#: (``test_standard_scheme_converges_to_the_default`` measures them again).
+CONVERGED = np.array([0.2059, 0.1744, 0.1628, 0.1543, 0.1529, 0.1624, 0.1923, 0.2295])
+
+
+def times_of(name, dt=SOFT_DT, rigidity=SOFT, ratios=RATIOS):
+    """When the small grains leave the neck, inf if they do not."""
+    necks = Necks(bc.laws.SHIPPED[name], dt, rigidity, ratios)
+    times, distances, _ = necks.follow(DURATION, EVERY)
+    return leaving_times(times, distances)
+
+
+def report(title, ratios, rows):
+    """Print a table of leaving times in ms, for ``-s``."""
+    print(f"\n{title}\n{'size ratio':32s}" + "".join(f"{ratio:8g}" for ratio in ratios))
+    for name, times in rows.items():
+        print(f"{name:32s}" + "".join(f"{1e3 * t:8.1f}" if np.isfinite(t) else "  sticks" for t in times))
+
+
+@pytest.mark.parametrize("name", DEFAULT)
+def test_small_grain_rolls_and_falls(name):
+    """Default laws, size ratios 1 to 100: the grain rolls around the neck as the rigid sphere of ``rolling_over_neck`` does,
+    within 0.5 % up to 40 degrees, then slides and leaves, at the time of the converged linear contact within 1.5 % (linear law)
+    or 5 % (the others, whose friction yields otherwise)."""
+    necks = Necks(bc.laws.SHIPPED[name], SOFT_DT, SOFT)
+    times, distances, angles = necks.follow(DURATION, EVERY)
+    for column, radius in enumerate(necks.radius):
+        expected = rolling_over_neck(TILT, times, LARGE, radius, GRAVITY)
+        rolling = (expected > np.radians(2.0)) & (expected < np.radians(40.0))
+        assert rolling.sum() > 20
+        np.testing.assert_allclose(angles[rolling, column], expected[rolling], rtol=5e-3)
+    np.testing.assert_allclose(leaving_times(times, distances), CONVERGED, rtol=0.015 if name == "linear" else 0.05)
+
+
+@pytest.mark.parametrize("name", STANDARD)
+def test_standard_scheme_sticks(name):
+    """Standard scheme: from a size ratio of about 9 on the grain sticks and never falls (recorded: ``FALLS_UP_TO``)."""
+    falls = np.isfinite(times_of(name, ratios=FINE_RATIOS))
+    np.testing.assert_array_equal(falls, FINE_RATIOS <= FALLS_UP_TO[name])
+
+
+def test_standard_scheme_converges_to_the_default():
+    """Linear law, standard scheme with a tenth of the time step: the grain falls at all ratios, at the times of ``CONVERGED``. So
+    the sticking is an error of the time integration, and the default scheme's result with the large step is the right one."""
+    np.testing.assert_allclose(times_of("linear_standard", 0.1 * SOFT_DT), CONVERGED, rtol=2e-3)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("name", STANDARD)
+def test_published_stiffness(name):
+    """The same with hard grains and dt = 1e-6 s: default laws fall at all ratios, the standard scheme up to a ratio of 8."""
+    default = name.removesuffix("_standard")
+    rows = {scheme: times_of(scheme, HARD_DT, HARD) for scheme in (default, name)}
+    report(f"leaving times [ms], hard grains, dt = {HARD_DT:g} s", RATIOS, rows)
+    fine = times_of(name, HARD_DT, HARD, FINE_RATIOS)
+    report(f"leaving times [ms], hard grains, dt = {HARD_DT:g} s", FINE_RATIOS, {name: fine})
+    assert np.isfinite(rows[default]).all()
+    np.testing.assert_array_equal(np.isfinite(fine), FINE_RATIOS <= HARD_FALLS_UP_TO)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("name", ["linear", "silbert", "hertz_mindlin"])
+def test_convergence_of_both_schemes(name):
+    """Soft grains, dt from 1e-5 to 1e-6 s: the default scheme's leaving times move by less than 1.5 %, those of the standard
+    scheme come to within 4 % of them at the smallest step."""
+    steps = (1e-5, 5e-6, 2.5e-6, 1e-6)
+    rows = {(scheme, dt): times_of(scheme, dt) for scheme in (name, f"{name}_standard") for dt in steps}
+    report("leaving times [ms], soft grains", RATIOS, {f"{scheme}, dt = {dt:g} s": row for (scheme, dt), row in rows.items()})
+    finest = rows[name, steps[-1]]
+    for dt in steps:
+        np.testing.assert_allclose(rows[name, dt], finest, rtol=0.015)
+    np.testing.assert_allclose(rows[f"{name}_standard", steps[-1]], finest, rtol=0.04)
