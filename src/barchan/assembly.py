@@ -27,7 +27,7 @@ class Assembly:
         self.comm = comm or world()
         self.topology = Bricks(box, self.comm.size)
         self.grains, self.walls, self.next_id = Grains(), [], 0
-        self.contacts = Contacts(law.history_width)
+        self.contacts = Contacts(law)
         self._rows = ContactRows.empty(0, law.history_width)
         self._listed = self._primed = False
 

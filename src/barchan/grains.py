@@ -165,7 +165,7 @@ class Grains:
     def keep(self, rows):
         """Keep the owned rows given, in that order, and nothing else."""
         for block in self._blocks.values():
-            block[: len(rows)] = block[rows]
+            block[: len(rows)] = np.take(block, rows, axis=0)
         self.n, self.n_ghost = len(rows), 0
 
     def drop_ghosts(self):

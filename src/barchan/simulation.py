@@ -25,7 +25,7 @@ from barchan.parallel.migrate import migrate
 ALLOWED_OVERLAP = 0.05
 
 #: Skin relative to the largest diameter.
-DEFAULT_SKIN = 0.15
+DEFAULT_SKIN = 0.1
 
 
 class Simulation(Assembly):

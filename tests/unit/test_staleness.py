@@ -6,55 +6,65 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scenes import fingerprint, pile, simulation
+from scenes import NOTHING, fingerprint, pile, simulation
 
 import barchan as bc
-from barchan.domain import Box
-from barchan.kernels.integrate import kick_drift_wrap
 from barchan.neighbors.staleness import Staleness
+from barchan.parallel import virtual_ranks
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
 
 moves = st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 3), min_size=2, max_size=6)
+EDGE, DT = 200.0, 1e-3
 
 
-def summary(displacement):
-    """What the step reports of its displacements."""
-    d = np.array(displacement)
-    extents = [value for axis in range(3) for value in (d[:, axis].max(), (-d[:, axis]).max())]
-    return float((d**2).sum(axis=1).max()), extents
+def is_rebuilt(displacement, skin, low=0.0, ranks=1):
+    """Whether one step in which lonely grains move by ``displacement`` makes the list anew; in a periodic box, of which the
+    low corner stands anywhere, so that some grains cross a face on the way."""
+    displacement = np.array(displacement)
+
+    def program():
+        sim = simulation(bc.Box((low,) * 3, (low + EDGE,) * 3, (True,) * 3), dt=DT, properties=NOTHING)
+        start = np.arange(len(displacement))[:, None] * (29.0, 13.0, 17.0) + 3.0
+        sim.add_grains(start, 0.5, velocity=displacement / DT)
+        sim.skin = skin
+        sim.run(1)
+        unfolded = sim.grains.position + sim.grains.image * EDGE
+        ids = sim.grains.id
+        assert unfolded == pytest.approx(start[ids] + displacement[ids], abs=1e-9), "it has moved as this test means it to"
+        return sim.staleness.last_step == 1
+
+    decisions = set(virtual_ranks(ranks, program))
+    assert len(decisions) == 1, "all ranks decide alike"
+    return decisions.pop()
 
 
-@given(moves, st.floats(0.01, 3.0), st.tuples(*[st.floats(-50.0, 50.0)] * 3))
-@example([(0.5, 0.0, 0.0), (-0.5, 0.0, 0.0)], 0.99, (0.0, 0.0, 0.0))
-@example([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], 1.4, (0.0, 0.0, 0.0))
-@settings(max_examples=300)
-def test_while_it_is_not_stale_no_two_grains_have_approached_by_the_skin(displacement, skin, drift):
+@pytest.mark.parametrize("ranks", [1, 2])
+@given(moves, st.floats(0.01, 3.0), st.tuples(*[st.floats(-50.0, 50.0)] * 3), st.floats(-150.0, 0.0))
+@example([(0.5, 0.0, 0.0), (-0.5, 0.0, 0.0)], 0.99, (0.0, 0.0, 0.0), 0.0)
+@example([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], 1.4, (0.0, 0.0, 0.0), 0.0)
+@settings(max_examples=150)
+def test_without_a_rebuild_no_two_grains_have_approached_by_the_skin(ranks, displacement, skin, drift, low):
     """Both bounds, with and without a drift that all share: the second is what counts along a chute."""
     moved = np.array(displacement) + drift
-    farthest, extents = summary(moved)
-    largest_approach = max(np.linalg.norm(a - b) for a, b in combinations(moved, 2))
-    if not Staleness().is_stale(0, farthest, extents, skin):
-        assert largest_approach <= skin * (1.0 + 1e-12)
+    if not is_rebuilt(moved, skin, low, ranks):
+        assert max(np.linalg.norm(a - b) for a, b in combinations(moved, 2)) <= skin * (1.0 + 1e-9)
 
 
-def test_it_is_not_stale_without_need():
-    """Neither bound is thrown away: twice the largest displacement, and the diagonal of all."""
-    watch = Staleness()
-    assert not watch.is_stale(0, *summary([(0.4, 0, 0), (-0.4, 0, 0)]), skin=0.81)
-    assert watch.is_stale(0, *summary([(0.4, 0, 0), (-0.4, 0, 0)]), skin=0.79)
+def test_there_is_no_rebuild_without_need():
+    """Neither bound is thrown away: twice the largest displacement, and the diagonal of the box of all displacements."""
+    apart = [(0.4, 0, 0), (-0.4, 0, 0)]
+    assert not is_rebuilt(apart, skin=0.81) and is_rebuilt(apart, skin=0.79)
     together = [(30.0, 5.0, 0.0), (30.3, 5.0, 0.4)]
-    assert not watch.is_stale(0, *summary(together), skin=0.51), "a flow that moves as a whole"
-    assert watch.is_stale(0, *summary(together), skin=0.49)
-    corners = [(0.3, 0.3, 0.3), (-0.3, -0.3, -0.3)]  # diagonal 1.04 = 2 x 0.52
+    assert not is_rebuilt(together, skin=0.51), "a flow that moves as a whole"
+    assert is_rebuilt(together, skin=0.49)
     ball = [(0.52, 0, 0), (0, 0.52, 0), (0, 0, 0.52), (-0.52, 0, 0), (0, -0.52, 0), (0, 0, -0.52)]  # diagonal 1.80
-    assert not watch.is_stale(0, *summary(corners), skin=1.05) and not watch.is_stale(0, *summary(ball), skin=1.05)
+    assert not is_rebuilt(ball, skin=1.05), "twice the largest displacement is the better bound"
+    assert is_rebuilt(ball, skin=1.03)
 
 
-def test_more_rebuilds_may_be_asked_for():
-    watch = Staleness()
-    watch.also_when = lambda step: step == 3
-    assert [watch.is_stale(step, 0.0, [0.0] * 6, 1.0) for step in range(5)] == [False, False, False, True, False]
+def test_a_grain_of_another_rank_makes_the_list_stale_too():
+    assert is_rebuilt([(0.0, 0, 0), (0.0, 0, 0), (0.0, 0, 0), (0.0, 0, 0), (0.0, 0, 0), (0.6, 0, 0)], skin=0.5, ranks=3)
 
 
 def test_intervals_and_the_bound_of_equation_13_are_remembered():
@@ -68,30 +78,15 @@ def test_intervals_and_the_bound_of_equation_13_are_remembered():
     assert watch.bound_13 == pytest.approx(2.5), "skin / (2 v dt) of the fastest"
 
 
-@given(st.integers(0, 10**6), st.tuples(*[st.booleans()] * 3), st.floats(0.0, 2.0))
-def test_the_step_reports_the_displacements_since_the_rebuild(seed, periodic, spread):
-    """Measured over the nearest image, for grains that crossed a periodic face on the way."""
-    rng = np.random.default_rng(seed)
-    box, n, dt = Box((-1, 0, 2), (7, 6, 9), periodic), 12, 0.5
-    start = box.low + rng.uniform(0.3, 0.7, (n, 3)) * box.length
-    crossing = np.array(periodic) * (rng.random((n, 3)) < 0.3)
-    start = np.where(crossing, box.low + 0.001, start)
-    before, velocity, force = rng.normal(size=(2, n, 3)) * 0.1, rng.normal(size=(n, 3)) * spread, rng.normal(size=(n, 3))
-    velocity = np.clip(velocity, -2.0, 2.0)
-    reference, _ = box.wrap(start - before[0] * np.array(periodic))
-    place = np.hstack([box.wrap(start)[0], np.ones((n, 1))])
-    inverse = rng.random((n, 1)) * (rng.random((n, 1)) < 0.8)  # some are frozen
-    motion, spin = np.hstack([velocity, inverse]), np.zeros((n, 4))
-    expected = box.difference(box.wrap(place[:, :3] + dt * (velocity + dt * inverse * force))[0], reference)
-    image = np.zeros((n, 3), dtype=np.int32)
-    frame = box.frame
-    farthest, *extents = kick_drift_wrap(
-        place, motion, spin, image, force, force, np.hstack([reference, np.ones((n, 1))]), frame.low, frame.length, frame.half, dt
-    )
-    square, sides = summary(expected)
-    assert farthest == pytest.approx(square, rel=1e-12, abs=1e-14)
-    assert extents[:6] == pytest.approx(sides, rel=1e-12, abs=1e-14)
-    assert place[:, :3] + image * box.length == pytest.approx(box.wrap(start)[0] + dt * motion[:, :3], abs=1e-12)
+def test_more_rebuilds_may_be_asked_for():
+    sim = pile(count=5)
+    asked, done = [], []
+    sim.staleness.also_when = lambda step: bool(asked.append(step)) or step % 3 == 0
+    sim.skin = 1.5  # not one is needed
+    for _ in range(8):
+        sim.run(1)
+        done.append(sim.staleness.last_step)
+    assert asked == [1, 2, 3, 4, 5, 6, 7, 8] and done == [0, 0, 3, 3, 3, 6, 6, 6]
 
 
 @pytest.mark.parametrize("speed", [(0.0, 0.0, 3.0), (20.0, 0.0, 3.0)])

@@ -8,18 +8,19 @@ from barchan.kernels.compiler import kernel, prange
 
 
 @kernel(parallel=True)
-def gather_forces(start, incidence, out, mass, gravity, force, torque):
+def gather_forces(start, incidence, out, place, mass, gravity, force, torque):
     """Equations (9) and (10). ``force`` and ``torque`` are modified.
 
     Args:
         start, incidence: for each grain the contacts in which it takes part, as 2 * contact + side (side 1: it is the
             second grain, which feels the opposite force).
-        out: (9, contacts): force on the first, torque on the first, torque on the second.
+        out: (6 or 8, contacts): force on the first, n x F_t, and arms of first and second; without arms they are the radii.
 
     Returns:
         Number of grains whose force is not finite.
     """
     bad = 0
+    given = out.shape[0] > 6
     for i in prange(start.shape[0] - 1):
         fx = mass[i] * gravity[0]
         fy = mass[i] * gravity[1]
@@ -32,13 +33,13 @@ def gather_forces(start, incidence, out, mass, gravity, force, torque):
             k = np.uint32(entry >> 1)
             side = np.uint32(entry & 1)
             sign = 1.0 - 2.0 * side
-            row = np.uint32(3 + 3 * side)
+            arm = out[np.uint32(6 + side), k] if given else place[i, 3]
             fx += sign * out[0, k]
             fy += sign * out[1, k]
             fz += sign * out[2, k]
-            tx += out[row, k]
-            ty += out[np.uint32(row + 1), k]
-            tz += out[np.uint32(row + 2), k]
+            tx -= arm * out[3, k]
+            ty -= arm * out[4, k]
+            tz -= arm * out[5, k]
         force[i, 0] = fx
         force[i, 1] = fy
         force[i, 2] = fz

@@ -129,6 +129,7 @@ def module_text(law, uniform):
     ]
     read = [f"history[{row}, k]" for row in range(len(memory))]
     arm_first, arm_second = ARMS[law.lever]
+    arms = law.lever == "lens"
     deep, shallow = "\n        ", "\n    "
     return MODULE.format(
         law=law.name,
@@ -141,6 +142,9 @@ def module_text(law, uniform):
         flat_inputs=", ".join([*parameters, *memory]),
         arguments=", ".join(arguments),
         outputs=", ".join(["pressing", "tangential", *(f"new_{name}" for name in history)]),
+        flat_arms=", arm_first, arm_second" if arms else "",
+        arm_names=", arm_i, arm_j" if arms else "",
+        keep_arms=deep.join(["out[6, k] = arm_i", "out[7, k] = arm_j"]) if arms else "pass",
         flat_history="".join(f", {r}" for r in returned),
         history_names="".join(f", {n}" for n in memory),
         flat_arguments=", ".join([*parameters, *read]),

@@ -20,17 +20,17 @@ class Contacts:
         wall_grain, wall_key, wall_material: (wall contacts,) row of the grain, key and material of the wall.
         start, incidence, keys: contacts of each owned grain, as 2 * contact + side, in ascending order of the partner's key.
         history: (width, contacts) memory of the law, as seen from the first grain.
-        out: (9, contacts) force on the first, torque on the first and on the second.
+        out: (6 or 8, contacts) force on the first, n x F_t, and for lens arms the arms of both (``kernels/template.py``).
         surface: (11, wall contacts) geometry of wall contacts at this step.
     """
 
-    def __init__(self, history_width):
-        self.history_width = history_width
+    def __init__(self, law):
+        self.history_width, self.out_rows = law.history_width, 8 if law.lever == "lens" else 6
         self.first = self.second = np.zeros(0, dtype=np.uint32)
         self.wall_grain = self.wall_material = np.zeros(0, dtype=np.uint32)
         self.wall_key = np.zeros(0, dtype=np.int64)
         self.start, self.incidence = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.uint32)
-        self.history, self.out, self.surface = np.zeros((history_width, 0)), np.zeros((9, 0)), np.zeros((11, 0))
+        self.history, self.out, self.surface = np.zeros((law.history_width, 0)), np.zeros((self.out_rows, 0)), np.zeros((11, 0))
         self.keys = np.zeros(0, dtype=np.int64)
         self.wall_ranges, self._room, self._stores = [], 16, {}
 
@@ -70,7 +70,7 @@ class Contacts:
         _, ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
         counts, room = np.zeros(grains.n, dtype=np.int64), self._room
         while True:
-            found = self._array("found", np.uint32, grains.n, room)
+            found = self._array("found", np.uint32, grains.n, room + 1)
             pair_kernels.find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid.table, found, counts)
             needed = int(counts.max()) if grains.n else 0
             if needed <= room:
@@ -100,7 +100,7 @@ class Contacts:
         self.keys = self._array("keys", np.int64, self.start[-1])
         pair_kernels.fill_incidence(n_owned, self.first, self.second, self.wall_grain, self.start, self.incidence)
         pair_kernels.sort_incidence(n_owned, self.first, self.second, ids, self.wall_key, self.start, self.incidence, self.keys)
-        self.out = self._array("out", np.float64, 9, self.n_pairs + len(self.wall_grain))
+        self.out = self._array("out", np.float64, self.out_rows, self.n_pairs + len(self.wall_grain))
 
     def attach(self, grains, rows):
         """Give the new contacts what their grains remember of each other."""
@@ -125,6 +125,7 @@ class Contacts:
             self.start,
             self.incidence,
             self.out,
+            grains.block("place"),
             grains.block("mass"),
             np.array(gravity),
             grains.block("force"),
