@@ -19,7 +19,9 @@ app.add_typer(run_app, name="run")
 
 
 def _say(text):
-    typer.echo(text, err=True)
+    """A line for the user. On a terminal, lines of compilation replace each other."""
+    passing = sys.stderr.isatty() and "compiling" in text
+    typer.echo(("\r\x1b[K" if sys.stderr.isatty() else "") + text, err=True, nl=not passing)
 
 
 @run_app.command()

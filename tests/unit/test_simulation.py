@@ -204,3 +204,28 @@ def test_overlap_and_loss_stop_a_run_with_the_grain_and_the_step():
     sim.add_grains([[0.05, 5.0, 5.0]], 0.5, velocity=(-20.0, 0, 0))
     with pytest.raises(bc.errors.LostGrainError, match=r"grain 0 at .*, step 3, .* not periodic"):
         sim.run(10)
+
+
+class Insert:
+    """Adds grains at step 30, when those that fly have gone further than half the skin."""
+
+    def due(self, step):
+        return step == 30
+
+    def apply(self, sim):
+        sim.add_grains([[5.98, 5.0, 5.0], [9.0, 9.0, 9.0], [12.0, 9.0, 9.0]], 0.5)
+
+
+def test_grains_that_an_action_adds_within_a_step_are_felt_in_that_step():
+    """The displacements since the last rebuild are those of the grains that were there then."""
+    sim = simulation()
+    sim.add_grains([[5.0, 5.0, 5.0], [15.0, 15.0, 1.0]], 0.5, velocity=[[0, 0, 0], [0, 0, 6.0]])
+    sim.skin = 0.2
+    sim.actions.append(Insert())
+    sim.run(29)
+    assert sim.grains.n == 2
+    sim.run(1)
+    assert sim.grains.n == 5
+    assert sim.grains.force[sim.grains.row_of(0), 0] == pytest.approx(-1000.0 * 0.02, rel=1e-9)
+    sim.run(40)
+    assert sim.grains.velocity[sim.grains.row_of(2), 0] > 0.0
