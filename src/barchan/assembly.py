@@ -4,6 +4,7 @@ import numpy as np
 
 from barchan.domain import Box
 from barchan.errors import SceneError
+from barchan.fields import DERIVED
 from barchan.grains import Grains, is_physical
 from barchan.laws.law import Law
 from barchan.materials import Materials
@@ -11,6 +12,9 @@ from barchan.neighbors.contacts import Contacts
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel import world
 from barchan.parallel.topology import Bricks
+
+#: Fields of a new grain that follow from the others.
+_OWN = ("image", "force", "torque")
 
 
 class Assembly:
@@ -51,6 +55,9 @@ class Assembly:
         position = np.atleast_2d(np.asarray(position, dtype=np.float64))
         if position.ndim != 2 or position.shape[1] != 3:
             raise SceneError(f"add_grains: position has shape {position.shape}; it must be (grains, 3)")
+        given = [name for name in fields if name in _OWN or name in DERIVED]
+        if given:
+            raise SceneError(f"add_grains: {', '.join(given)} cannot be given; barchan sets it")
         folded, image = self.box.wrap(position)
         number = self.materials.index(material)
         values = self._sphere(len(position), radius, number, fields)
@@ -102,6 +109,8 @@ class Assembly:
 
     def add_wall(self, wall):
         """Add a wall; returns it. It touches every grain that is not frozen."""
+        if any(wall is other for other in self.walls):
+            raise SceneError(f"wall {self.walls.index(wall)} ({wall.kind}) is in the scene already; make another one")
         wall.material = self.materials.index(wall.material)
         wall.key = -1 - len(self.walls)
         wall.check(self.box, f"wall {len(self.walls)} ({wall.kind})")
@@ -111,24 +120,40 @@ class Assembly:
         return wall
 
     def remove(self, ids):
-        """Take grains out of the scene for good; every rank gives the same ids."""
-        self.begin_change()
-        staying = np.flatnonzero(~np.isin(self.grains.view("id"), ids))
+        """Take grains out of the scene for good.
+
+        Args:
+            ids: of the grains; on several ranks each may name all of them or only its own.
+
+        Raises:
+            SceneError: an id belongs to no grain of the scene.
+        """
+        staying = np.flatnonzero(~self._chosen(ids))
         self._rows = self._rows.take(staying)
         self.grains.keep(staying)
         self._primed = False
 
     def freeze(self, ids):
-        """Make grains immobile: infinitely heavy in contacts, at rest."""
+        """Make grains immobile: infinitely heavy in contacts, at rest. Takes and raises what ``remove`` does."""
         self._set_frozen(ids, True)
 
     def release(self, ids):
-        """Let frozen grains move again."""
+        """Let frozen grains move again. Takes and raises what ``remove`` does."""
         self._set_frozen(ids, False)
 
-    def _set_frozen(self, ids, frozen):
+    def _chosen(self, ids):
+        """Which owned grains are meant, once the list is put away."""
         self.begin_change()
-        chosen = np.isin(self.grains.view("id"), ids)
+        meant = np.unique(np.concatenate(self.comm.all_gather(np.atleast_1d(np.asarray(ids, dtype=np.int64)))))
+        chosen = np.isin(self.grains.view("id"), meant)
+        known = np.concatenate(self.comm.all_gather(self.grains.view("id")[chosen]))
+        unknown = np.setdiff1d(meant, known)
+        if len(unknown):
+            raise SceneError(f"no grain has id {unknown[:5].tolist()}; {len(meant)} were named, {len(known)} are in the scene")
+        return chosen
+
+    def _set_frozen(self, ids, frozen):
+        chosen = self._chosen(ids)
         self.grains.view("frozen")[chosen] = frozen
         if frozen:
             for name in ("velocity", "omega"):
@@ -158,13 +183,7 @@ class Assembly:
         self._take_down_list()
 
     def note_edits(self, edited):
-        """Derive what depends on edited fields; True if forces must be computed anew.
-
-        Raises:
-            SceneError: ids were changed.
-        """
-        if "id" in edited:
-            raise SceneError("grains.id was changed; ids are given by barchan and never change")
+        """Derive what depends on edited fields; True if forces must be computed anew."""
         if "position" in edited:
             folded, image = self.box.wrap(self.grains.view("position"))
             self.grains.view("position")[...] = folded

@@ -66,7 +66,8 @@ class Box:
         turns = np.where(self.periodic, np.floor((position - self.low) / self.length), 0.0)
         folded = np.where(self.periodic, position - turns * self.length, position)
         at_top = np.where(self.periodic, folded >= self.high, False)
-        return np.where(at_top, self.low, folded), (turns + at_top).astype(np.int32)
+        folded = np.where(at_top | (self.periodic & (folded < self.low)), self.low, folded)
+        return folded, (turns + at_top).astype(np.int32)
 
     def outside(self, position):
         """True where a point lies outside the box along a direction that is not periodic (NaN counts as outside)."""

@@ -49,6 +49,9 @@ TABLE = (
     Field("torque", np.float64, 3, "force length", 0.0, "torque", help="total torque at step n, equation (10)"),
 )
 
+#: Fields that users read and barchan writes.
+DERIVED = ("id", "inverse_mass", "inverse_inertia")
+
 #: Fields whose change by the user makes the forces of the present step out of date.
 PHYSICAL = ("position", "velocity", "omega", "radius", "mass", "inertia", "material", "frozen")
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from barchan.errors import SceneError
-from barchan.fields import PHYSICAL, TABLE, Field, block_layout
+from barchan.fields import DERIVED, PHYSICAL, TABLE, Field, block_layout
 
 
 class Grains:
@@ -36,6 +36,7 @@ class Grains:
             raise AttributeError(f"grains have no field '{name}'; they have: {', '.join(self.__dict__.get('_fields', ()))}")
         if name not in self._handed_out:
             view = self.view(name)
+            view.flags.writeable = name not in DERIVED
             self._handed_out[name] = (view, view.copy())
         return self._handed_out[name][0]
 

@@ -60,6 +60,31 @@ def stable_time_step(law, table, grains, n_materials):
     return smallest
 
 
+def check_settings(sim):
+    """Refuse settings of the simulation that mean nothing.
+
+    Raises:
+        SceneError: naming the setting, its value and what is allowed.
+    """
+    for name, dimension, zero_too in (("dt", "time", False), ("skin", "length", True), ("max_overlap", "1", False)):
+        value = getattr(sim, name)
+        if name == "skin" and value is None:
+            continue
+        number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+        unlimited = name == "max_overlap" and value == np.inf
+        if not (number and (np.isfinite(value) or unlimited) and (value > 0.0 or (zero_too and value == 0.0))):
+            raise SceneError(f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0")
+
+
+def fault(sim):
+    """The error in this rank's grains that forbids to run, or None."""
+    try:
+        check_grains(sim)
+    except SceneError as error:
+        return error
+    return None
+
+
 def check_grains(sim):
     """Refuse grains that cannot be simulated.
 
@@ -127,7 +152,8 @@ def bad_grain(sim):
     """The error for a grain that is outside the box or not finite, or None if this rank has none."""
     grains = sim.grains
     position = grains.view("position")
-    rows = np.flatnonzero(sim.box.outside(position))
+    inside = ((position >= sim.box.low) & (position <= sim.box.high)).all(axis=1)
+    rows = np.flatnonzero(~inside)
     if not len(rows):
         return None
     row = rows[0]
@@ -139,6 +165,10 @@ def bad_grain(sim):
         return NotFiniteError(
             f"{where}: its position is not finite. Likely cause: an overlap or a force that is far too large; "
             f"look at the last checkpoint, use a smaller dt"
+        )
+    if not sim.box.outside(position[row]):
+        return LostGrainError(
+            f"{where}: it moved by more than a period of the box in one step. Use a smaller dt or lower velocities"
         )
     return LostGrainError(
         f"{where}: it left the box {sim.box.low.tolist()} to {sim.box.high.tolist()} through a face that is not "

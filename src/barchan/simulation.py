@@ -11,7 +11,6 @@ import numpy as np
 
 from barchan import preflight
 from barchan.assembly import Assembly
-from barchan.errors import SceneError
 from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
@@ -49,17 +48,16 @@ class Simulation(Assembly):
 
     def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None):
         super().__init__(box, law, materials, comm)
-        if not (np.isscalar(dt) and np.isfinite(dt) and dt > 0.0):
-            raise SceneError(f"dt = {dt!r} [time] must be a finite number > 0")
-        self.dt, self.gravity = float(dt), gravity
+        self.dt, self.gravity = dt, gravity
         self.threads = threads or default_threads()
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
+        preflight.check_settings(self)
         self.actions, self.writers = [], []
         self.step_number, self.time = 0, 0.0
         self.notes = {}
         self.touching = self.large_overlaps = 0
         self.staleness, self.ghosts = Staleness(), Ghosts(self.comm, self.topology)
-        self._fault = self._loops = self._table = None
+        self._fault = self._loops = self._table = self._checked_dt = self._list_skin = None
 
     # -- the algorithm -----------------------------------------------------------------------------------------------
 
@@ -101,8 +99,8 @@ class Simulation(Assembly):
         self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
         grid = self._grid(self._cutoff())
         self._sort_in_space(grid)
-        self.ghosts.build(self.grains, self._largest_radius() + self.skin)
-        self.contacts.build(self.grains, self.walls, grid, self.skin)
+        self.ghosts.build(self.grains, self._largest_radius() + self._list_skin)
+        self.contacts.build(self.grains, self.walls, grid, self._list_skin)
         self.contacts.attach(self.grains, self._rows)
         self.staleness.remember(self.step_number, self.grains.block("place"))
         self._walls_then = [wall.point.copy() for wall in self.walls]
@@ -161,9 +159,11 @@ class Simulation(Assembly):
         """
         use_threads(self.threads, self.grains.n)
         self._take_up_edits()
-        self._gravity = Gravity(self.gravity)
         if not (self._primed and self._listed):
-            self._check()
+            raise_together(self.comm, preflight.fault(self))
+        self._take_up_settings()
+        if not (self._primed and self._listed):
+            preflight.check_box(self, self._cutoff())
             self.rebuild()
         if not self._primed:
             self.compute_forces(0.0)
@@ -225,12 +225,11 @@ class Simulation(Assembly):
         farthest, fastest, fault = self.comm.maximum([farthest, fastest, float(self._fault is not None)])
         if fault:
             self._stop()
-        self.staleness.note_speed(sqrt(fastest), self.skin, self.dt)
+        self.staleness.note_speed(sqrt(fastest), self._list_skin, self.dt)
         if self.staleness.wants_rebuild(self.step_number):
             return True
-        return self.staleness.exceeds(2.0 * sqrt(farthest), self.skin) and self.staleness.exceeds(
-            self._spread(travels), self.skin
-        )
+        exceeds, skin = self.staleness.exceeds, self._list_skin
+        return exceeds(2.0 * sqrt(farthest), skin) and exceeds(self._spread(travels), skin)
 
     def _spread(self, travels):
         """Diagonal of the box that holds the displacements of all grains and walls on all ranks."""
@@ -270,29 +269,29 @@ class Simulation(Assembly):
             self._take_down_list()
             self._primed = False
 
-    def _check(self):
-        fault = None
-        try:
-            self._table = self.materials.table(self.law)
-            self._loops = make_loops(self.law, len(self.materials) == 1)
-            preflight.check_grains(self)
-            if self.check_dt:
-                preflight.check_time_step(
-                    self, preflight.stable_time_step(self.law, self._table, self.grains, len(self.materials))
-                )
-        except SceneError as error:
-            fault = error
-        raise_together(self.comm, fault)
-        if self.skin is None:
-            self.skin = DEFAULT_SKIN * 2.0 * self._largest_radius() or 1.0
-        preflight.check_box(self, self._cutoff())
+    def _take_up_settings(self):
+        """Check what users set on the simulation itself, and bring in what has changed since the last run."""
+        preflight.check_settings(self)
+        self._gravity = Gravity(self.gravity)
+        table = self.materials.table(self.law)
+        if self._table is not None and not np.array_equal(table, self._table):
+            self._primed = False  # forces with the new parameters
+        self._table, self._loops = table, make_loops(self.law, len(self.materials) == 1)
+        skin = self.skin if self.skin is not None else DEFAULT_SKIN * 2.0 * self._largest_radius()
+        if skin != self._list_skin:
+            self._take_down_list()
+            self._list_skin = skin
+        if self.check_dt and not (self._primed and self._checked_dt == self.dt):
+            stable = preflight.stable_time_step(self.law, table, self.grains, len(self.materials))
+            preflight.check_time_step(self, -float(self.comm.maximum([-stable])[0]))
+            self._checked_dt = self.dt
 
     def _largest_radius(self):
         radius = self.grains.view("radius")
         return float(self.comm.maximum([radius.max() if len(radius) else 0.0])[0])
 
     def _cutoff(self):
-        return 2.0 * self._largest_radius() + self.skin
+        return 2.0 * self._largest_radius() + self._list_skin
 
     def _grid(self, cutoff):
         low, high = self.topology.bounds(self.comm.rank)

@@ -1,12 +1,9 @@
 """Compiles everything that a scene needs before its first step, so that the wait is announced and paid once."""
 
 import warnings
-from contextlib import contextmanager
-
-from numba.core import event
 
 from barchan.domain import Box
-from barchan.kernels.compiler import cache_root, fingerprint
+from barchan.kernels.compiler import announced, cache_root, fingerprint
 from barchan.kernels.generate import make_loops
 from barchan.laws import SHIPPED
 from barchan.materials import Material
@@ -14,9 +11,6 @@ from barchan.measure import KineticEnergy
 from barchan.parallel import Serial
 from barchan.simulation import Simulation
 from barchan.walls import Plane
-
-#: Kernels of a scene that starts with an empty cache.
-KERNELS = 19
 
 
 def is_compiled(law, uniform):
@@ -39,7 +33,8 @@ def compile_law(law, materials, announce=None):
     sim.check_dt, sim.skin = False, 1e-14  # so thin that the second step must rebuild
     sim.add_wall(Plane((0, 0, 0), (0, 0, 1), material=0))
     sim.add_grains([(4, 4, 0.99), (5.99, 4, 0.99)], 1.0, material=0, mass=1.0, velocity=1e-3)
-    with warnings.catch_warnings(), _announced(f"first start on this machine, compiling for law '{law.name}'", announce):
+    title = f"first start on this machine, compiling for law '{law.name}'"
+    with warnings.catch_warnings(), announced(title, announce or (lambda text: None)):
         warnings.simplefilter("ignore")
         sim.run(2)
         KineticEnergy().compute(sim)
@@ -48,33 +43,6 @@ def compile_law(law, materials, announce=None):
 
 def _marker(law, uniform):
     return cache_root() / fingerprint() / f"{make_loops(law, uniform).module.__name__}.compiled"
-
-
-class _Kernels(event.Listener):
-    """Tells of each kernel that Numba begins to compile."""
-
-    def __init__(self, title, announce):
-        self.title, self.announce, self.count = title, announce, 0
-
-    def on_start(self, event):
-        """A function is about to be compiled; kernels are those that are kept on disk."""
-        dispatcher = event.data["dispatcher"]
-        if dispatcher.targetoptions.get("nogil"):
-            self.count += 1
-            self.announce(f"{self.title}: {dispatcher.py_func.__name__} ({self.count} of at most {KERNELS})")
-
-    def on_end(self, event):
-        """Nothing to tell."""
-
-
-@contextmanager
-def _announced(title, announce):
-    listener = _Kernels(title, announce or (lambda text: None))
-    event.register("numba:compile", listener)
-    try:
-        yield
-    finally:
-        event.unregister("numba:compile", listener)
 
 
 def compile_shipped(announce=None):

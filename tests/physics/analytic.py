@@ -57,7 +57,7 @@ def leap_frog_contact_time(stiffness, mass_eff, dt):
     return np.pi * dt / (2.0 * np.arcsin(0.5 * dt * np.sqrt(stiffness / mass_eff)))
 
 
-# -- oblique impact that slides throughout: rigid-body impulse, Walton 1993; Chung & Ooi 2011, tests 4 to 8 -----------------------
+# -- oblique impact that slides throughout: rigid-body impulse, Walton 1993; Chung & Ooi 2011, tests 4 to 8 ---------------------
 
 
 def slides_throughout(tangential, normal, friction, restitution):

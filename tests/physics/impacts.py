@@ -41,8 +41,14 @@ class Impacts:
         self.second = None
         if second is not None:
             other = np.broadcast_to(np.asarray(second["radius"], dtype=float), self.count)
-            self.second = self._add(lots - other[:, None] * frame[0], other, np.broadcast_to(second["material"], self.count),
-                                    second.get("velocity", 0.0), second.get("omega", 0.0), second.get("frozen", False))
+            self.second = self._add(
+                lots - other[:, None] * frame[0],
+                other,
+                np.broadcast_to(second["material"], self.count),
+                second.get("velocity", 0.0),
+                second.get("omega", 0.0),
+                second.get("frozen", False),
+            )
         self.sim.prepare()
 
     def _lots(self, spacing, spread_normal):
@@ -59,8 +65,9 @@ class Impacts:
         ids = np.zeros(self.count, dtype=np.int64)
         for name in dict.fromkeys(names):
             rows = np.flatnonzero(names == name)
-            ids[rows] = self.sim.add_grains(position[rows], radius[rows], material=str(name), velocity=velocity[rows],
-                                            omega=omega[rows], frozen=frozen)
+            ids[rows] = self.sim.add_grains(
+                position[rows], radius[rows], material=str(name), velocity=velocity[rows], omega=omega[rows], frozen=frozen
+            )
         return ids
 
     def get(self, field, body="first"):
@@ -81,8 +88,10 @@ class Impacts:
         total = 0.0
         for body in ("first", "second")[: 1 if self.second is None else 2]:
             moving = self.get("frozen", body) == 0
-            total = total + 0.5 * moving * (self.get("mass", body) * (self.get("velocity", body) ** 2).sum(axis=1)
-                                            + self.get("inertia", body) * (self.get("omega", body) ** 2).sum(axis=1))
+            total = total + 0.5 * moving * (
+                self.get("mass", body) * (self.get("velocity", body) ** 2).sum(axis=1)
+                + self.get("inertia", body) * (self.get("omega", body) ** 2).sum(axis=1)
+            )
         return total
 
     def run_apart(self, steps):

@@ -15,8 +15,8 @@ from analytic import (
     effective_modulus,
     hertz_peak,
     mindlin_impact,
-    sliding_impact,
     slides_throughout,
+    sliding_impact,
     weighted_overlap,
 )
 from impacts import Impacts
@@ -200,7 +200,7 @@ def test_4_paper_and_experiment():
 
     Met at 15 to 30 degrees and at all angles of the experiment; missed at 5 and 10 degrees (``MISSED_4``).
     """
-    normal, tangential, velocity, spin = oblique_4("al_oxide")
+    _, tangential, velocity, spin = oblique_4("al_oxide")
     e_t, angle = velocity[:, 1] / tangential, np.degrees(np.arctan2(velocity[:, 1] - RADIUS_4 * spin, velocity[:, 0]))
     seen = {a: values for a, *values in zip(ANGLES_4, e_t, spin, angle)}
     for incidence, e_t_measured in EXPERIMENT_4.items():

@@ -67,8 +67,8 @@ def elastic_time(law):
 
 @pytest.mark.parametrize("law", [bc.laws.linear, bc.laws.hertz_mindlin], ids=lambda law: law.name)
 def test_elastic_contact_time_is_second_order(law):
-    """50 to 805 steps in an elastic contact: the error of its duration falls with dt^2 (orders 1.9 to 2.1 between resolutions,
-    to 2.15 for Hertz), and the linear contact's agrees with the leap-frog's own closed form 2 asin(w dt / 2) within 3 % of itself."""
+    """50 to 805 steps in an elastic contact: the error of its duration falls with dt^2 (orders 1.85 to 2.15 between
+    resolutions), and for the linear contact it is within 3 % of the leap-frog's own closed form, 2 asin(w dt / 2)."""
     exact = elastic_time(law)
     durations = np.array([head_on(law, 1.0, exact / n)[0] for n in RESOLUTIONS])
     errors = np.abs(durations / exact - 1.0)

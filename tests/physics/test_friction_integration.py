@@ -14,7 +14,10 @@ import barchan as bc
 
 DURATION, EVERY, SOFT_DT, HARD_DT = 0.3, 0.001, 1e-5, 1e-6
 
-DEFAULT, STANDARD = ("linear", "silbert", "hertz", "hertz_mindlin"), ("linear_standard", "silbert_standard", "hertz_mindlin_standard")
+DEFAULT, STANDARD = (
+    ("linear", "silbert", "hertz", "hertz_mindlin"),
+    ("linear_standard", "silbert_standard", "hertz_mindlin_standard"),
+)
 
 #: Size ratios between which the standard scheme begins to fail.
 FINE_RATIOS = np.array([5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 15.0, 20.0, 50.0, 100.0])
@@ -66,8 +69,8 @@ def test_standard_scheme_sticks(name):
 
 
 def test_standard_scheme_converges_to_the_default():
-    """Linear law, standard scheme with a tenth of the time step: the grain falls at all ratios, at the default's times within 4 %.
-    So the sticking is an error of the time integration, and the default's result with the large step is the right one."""
+    """Linear law, standard scheme with a tenth of the time step: the grain falls at all ratios, within 4 % of the default's
+    times. So the sticking is an error of the time integration, and the default's result with the large step is the right one."""
     np.testing.assert_allclose(times_of("linear_standard", 0.1 * SOFT_DT), CONVERGED, rtol=0.04)
 
 

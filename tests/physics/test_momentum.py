@@ -60,8 +60,8 @@ def expected_torque(sim):
 
 @ALL_LAWS
 def test_momentum_of_a_free_cloud(law):
-    """800 steps of a cloud that collides with itself. Momentum stays to rounding. Angular momentum stays to rounding with arms to
-    the plane of contact (``lens``), and with equation (10)'s arms (``radius``) it drifts by the closed form above, step by step."""
+    """800 steps of a cloud that collides with itself. Momentum stays to rounding. Angular momentum does too with arms to the
+    plane of contact (``lens``); with equation (10)'s arms (``radius``) it drifts by the closed form above, step by step."""
     sim = cloud(law)
     sim.prepare()
     first_linear, before, _, _ = momentum(sim)

@@ -104,8 +104,8 @@ def test_spin_turns_into_rolling(law):
 
 @ALL_LAWS
 def test_rolling_down_an_incline(law):
-    """A sphere released on an incline of 20 degrees, mu 0.3 and 0.8 (above 2/7 tan 20 = 0.104): v = 5/7 g sin(20) t within 0.05 %;
-    with mu = 0.05 it slides, v = g (sin - mu cos) t."""
+    """A sphere released on an incline of 20 degrees, mu 0.3 and 0.8 (above 2/7 tan 20 = 0.104): v = 5/7 g sin(20) t within
+    0.05 %; with mu = 0.05 it slides, v = g (sin - mu cos) t."""
     angle = radians(20.0)
     gravity = (GRAVITY * sin(angle), 0.0, -GRAVITY * cos(angle))
     times, speeds, _ = follow(spheres_on_plane(law, [0.3, 0.8, 0.05], gravity), 20000, 20000)

@@ -219,7 +219,7 @@ def test_order_of_adding_does_not_matter_but_for_the_ids():
         rng = np.random.default_rng(2)
         position, velocity = rng.uniform(2, 5, (12, 3)), rng.normal(size=(12, 3))
         sim = simulation(properties=NOTHING)
-        sim.max_overlap = np.inf
+        sim.max_overlap = 1e9
         for rows in np.split(np.arange(12), parts):
             sim.add_grains(position[rows], 0.5, velocity=velocity[rows])
         sim.run(20)

@@ -8,11 +8,32 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from barchan.errors import OverlapError, RankError
-from barchan.parallel import Serial, virtual_ranks, world
+from barchan.parallel import Serial, world
+from barchan.parallel import virtual_ranks as start_ranks
 from barchan.parallel.guard import raise_together
 from barchan.parallel.message import Reader, pack
 
 pytestmark = pytest.mark.nojit
+
+
+def virtual_ranks(size, program, *args):
+    """The same with an alarm: ranks that wait for each other for ever shall fail a test, not hang it."""
+    outcome = []
+
+    def start():
+        try:
+            outcome.append((start_ranks(size, program, *args), None))
+        except BaseException as error:
+            outcome.append((None, error))
+
+    alarm = threading.Thread(target=start, daemon=True)
+    alarm.start()
+    alarm.join(timeout=30.0)
+    assert outcome, "the ranks hang"
+    results, error = outcome[0]
+    if error is not None:
+        raise error
+    return results
 
 
 @pytest.mark.parametrize("size", [1, 2, 5])

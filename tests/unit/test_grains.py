@@ -227,6 +227,18 @@ def test_user_fields_survive_rebuilds_and_grains_added_later_have_defaults():
     assert_labelled(sim, 40)
 
 
+def test_user_fields_survive_when_the_arrays_grow():
+    """Room for some rows is made in advance; many grains at once need more."""
+    sim = simulation()
+    sim.add_grains([[1.0, 1.0, 1.0], [3.0, 1.0, 1.0], [5.0, 1.0, 1.0]], 0.3)
+    label(sim, np.arange(3))
+    site = np.arange(500)
+    sim.add_grains(np.stack([site % 10, site // 10 % 10, site // 100], axis=1) * 1.5 + 3.0, 0.3)
+    sim.run(1)
+    assert sim.grains.n == 503
+    assert_labelled(sim, 3)
+
+
 def test_user_fields_migrate_with_their_grains():
     def program():
         sim = pile()

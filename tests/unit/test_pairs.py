@@ -41,7 +41,7 @@ def scenes(draw):
 
 def make(scene):
     sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
-    sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], np.inf, False
+    sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], 1e9, False
     sim.add_grains(
         scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"]
     )
@@ -127,7 +127,7 @@ def test_the_list_grows_when_a_grain_has_many_neighbours(seed):
     """One big grain among hundreds of small ones overflows the room that rows start with; the search is done again."""
     rng = np.random.default_rng(seed)
     sim = simulation(bc.Box((0, 0, 0), (10, 10, 10)), properties=NOTHING)
-    sim.skin, sim.max_overlap, sim.check_dt = 0.3, np.inf, False
+    sim.skin, sim.max_overlap, sim.check_dt = 0.3, 1e9, False
     direction = rng.normal(size=(200, 3))
     around = 5.0 + direction / np.linalg.norm(direction, axis=1)[:, None] * 2.2
     sim.add_grains([[5.0, 5.0, 5.0]], 2.0)
@@ -142,7 +142,7 @@ def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key():
     """The order of a grain's sum: walls first (negative keys), then ids; it may not depend on rows."""
     rng = np.random.default_rng(4)
     sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)), properties=NOTHING)
-    sim.skin, sim.max_overlap, sim.check_dt = 1.0, np.inf, False
+    sim.skin, sim.max_overlap, sim.check_dt = 1.0, 1e9, False
     sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
     sim.add_wall(bc.Plane((0, 0, 5), (0, 0, -1)))
     sim.add_grains(rng.uniform(0, 5, (50, 3)), 0.5)
@@ -170,7 +170,7 @@ def test_each_virtual_rank_of_the_tests_above_has_work():
     def program():
         rng = np.random.default_rng(1)
         sim = simulation(bc.Box((0, 0, 0), (8, 8, 8), (True,) * 3), properties=NOTHING)
-        sim.skin, sim.max_overlap, sim.check_dt = 0.2, np.inf, False
+        sim.skin, sim.max_overlap, sim.check_dt = 0.2, 1e9, False
         sim.add_grains(rng.uniform(0, 8, (60, 3)), 0.5)
         sim.prepare()
         return world().rank, sim.grains.n, sim.grains.n_ghost

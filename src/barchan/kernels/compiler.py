@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numba
 from numba import config, njit, prange
+from numba.core import event
 
-__all__ = ["cache_root", "helper", "kernel", "prange", "use_threads"]
+__all__ = ["announced", "cache_root", "helper", "kernel", "prange", "use_threads"]
 
 _HERE = Path(__file__).parent
 
@@ -75,3 +76,35 @@ def use_threads(wanted, n_grains):
 def default_threads():
     """Threads that this process may use."""
     return min(config.NUMBA_NUM_THREADS, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
+
+
+#: Kernels of a scene that starts with an empty cache.
+_KERNELS = 19
+
+
+class _Kernels(event.Listener):
+    """Tells of each kernel that Numba begins to compile."""
+
+    def __init__(self, title, announce):
+        self.title, self.announce, self.count = title, announce, 0
+
+    def on_start(self, event):
+        """A function is about to be compiled; kernels are those that are kept on disk."""
+        dispatcher = event.data["dispatcher"]
+        if dispatcher.targetoptions.get("nogil"):
+            self.count += 1
+            self.announce(f"{self.title}: {dispatcher.py_func.__name__} ({self.count} of at most {_KERNELS})")
+
+    def on_end(self, event):
+        """Nothing to tell."""
+
+
+@contextmanager
+def announced(title, announce):
+    """While this lasts, ``announce`` is called with a line of text for each kernel that has to be compiled."""
+    listener = _Kernels(title, announce)
+    event.register("numba:compile", listener)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)

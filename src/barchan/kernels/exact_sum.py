@@ -65,7 +65,10 @@ def carry(limbs):
 def value_of(limbs):
     """The sum in ``limbs``, rounded once to the nearest double."""
     total = sum(int(limb) << (32 * i) for i, limb in enumerate(limbs))
-    return total / 2**1074 if abs(total) < 2**2098 else math.inf * (1 if total > 0 else -1)
+    try:
+        return total / 2**1074
+    except OverflowError:
+        return math.inf if total > 0 else -math.inf
 
 
 def exact_sum(values, comm=None):

@@ -17,9 +17,13 @@ import textwrap
 import types
 from typing import NamedTuple
 
+import numpy as np
+
 from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
 from barchan.kernels.template import ARMS, MODULE, TINY
+
+_NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
 #: Names of the generated module that a law must not bring along.
 _RESERVED = frozenset({"helper", "kernel", "prange", "pair_forces", "wall_forces"})
@@ -57,10 +61,8 @@ class _Sources:
             self.imports.append(f"from math import {value.__name__} as {name}")
         elif value is math:
             self.imports.append(f"import math as {name}")
-        elif isinstance(value, (bool, int, float)) or (
-            isinstance(value, tuple) and all(isinstance(v, (int, float)) for v in value)
-        ):
-            self.parts.append(f"{name} = {value!r}")
+        elif isinstance(value, _NUMBERS) or (isinstance(value, tuple) and all(isinstance(v, _NUMBERS) for v in value)):
+            self.parts.append(f"{name} = {_literal(value)}")
         else:
             self._fail(f"it uses '{name}' = {value!r}; a law may use numbers, tuples of numbers, plain functions and math")
         return name
@@ -81,6 +83,15 @@ class _Sources:
             elif not hasattr(builtins, used):
                 self._fail(f"'{used}' in '{name}' is not defined")
         self.parts.append("@helper\n" + ast.unparse(definition) + "\n")
+
+
+def _literal(value):
+    """Source text of a number or a tuple of numbers, whatever made it."""
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_literal, value))},)"
+    if isinstance(value, (bool, int, np.bool_, np.integer)):
+        return repr(value.item() if isinstance(value, np.generic) else value)
+    return repr(float(value)) if math.isfinite(value) else f'float("{float(value)}")'
 
 
 def _plain(value):
@@ -128,7 +139,7 @@ def module_text(law, uniform):
         f"history[{row}, k] = ({flat} if dt > 0.0 else history[{row}, k]) if touches else 0.0" for row, flat in enumerate(memory)
     ]
     read = [f"history[{row}, k]" for row in range(len(memory))]
-    arm_first, arm_second = ARMS[law.lever]
+    arm_first, arm_second, wall_arm = ARMS[law.lever]
     arms = law.lever == "lens"
     deep, shallow = "\n        ", "\n    "
     return MODULE.format(
@@ -137,13 +148,13 @@ def module_text(law, uniform):
         function=sources.root,
         arm_first=arm_first,
         arm_second=arm_second,
+        wall_arm=wall_arm,
         imports="\n".join(["from math import sqrt as barchan_sqrt", *sources.imports]),
         functions="\n".join(sources.parts),
         flat_inputs=", ".join([*parameters, *memory]),
         arguments=", ".join(arguments),
         outputs=", ".join(["pressing", "tangential", *(f"new_{name}" for name in history)]),
-        flat_arms=", arm_first, arm_second" if arms else "",
-        arm_names=", arm_i, arm_j" if arms else "",
+        keep_wall_arm=f"out[6, k] = {wall_arm}" if arms else "pass",
         keep_arms=deep.join(["out[6, k] = arm_i", "out[7, k] = arm_j"]) if arms else "pass",
         flat_history="".join(f", {r}" for r in returned),
         history_names="".join(f", {n}" for n in memory),

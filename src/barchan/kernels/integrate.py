@@ -12,7 +12,7 @@ def fold(x, low, length, half):
             x += length
             turns -= 1
         if x >= low + length:
-            x -= length
+            x = max(x - length, low)  # rounding must not take it below the face
             turns += 1
     return x, turns
 

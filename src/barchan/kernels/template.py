@@ -36,14 +36,12 @@ def barchan_slip(vx, vy, vz, lx, ly, lz, nx, ny, nz):
 
 
 @helper
-def barchan_contact(overlap, distance, nx, ny, nz, hx, hy, hz, radius_first, radius_second, radius_eff, mass_eff, vx, vy, vz,
-            wix, wiy, wiz, wjx, wjy, wjz, dt, {flat_inputs}):
+def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy, hz, radius_first, radius_second, radius_eff,
+                    mass_eff, vx, vy, vz, wix, wiy, wiz, wjx, wjy, wjz, dt, {flat_inputs}):
     """One contact: plain numbers to plain numbers."""
     overlap = max(overlap, {tiny})
     normal = (nx, ny, nz)
     normal_half = (hx, hy, hz)
-    arm_first = {arm_first}
-    arm_second = {arm_second}
     lx, ly, lz = arm_first * wix + arm_second * wjx, arm_first * wiy + arm_second * wjy, arm_first * wiz + arm_second * wjz
     normal_velocity = vx * nx + vy * ny + vz * nz
     tangential_velocity = barchan_slip(vx, vy, vz, lx, ly, lz, nx, ny, nz)
@@ -51,7 +49,7 @@ def barchan_contact(overlap, distance, nx, ny, nz, hx, hy, hz, radius_first, rad
     {outputs} = {function}({arguments})
     tx, ty, tz = tangential
     ax, ay, az = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
-    return (pressing * nx + tx, pressing * ny + ty, pressing * nz + tz, ax, ay, az{flat_arms}{flat_history})
+    return (pressing * nx + tx, pressing * ny + ty, pressing * nz + tz, ax, ay, az{flat_history})
 
 
 @kernel(parallel=True)
@@ -85,9 +83,12 @@ def pair_forces(first, second, n_owned, place, motion, spin, material, stride, t
         {gathered}
         distance, nx, ny, nz, hx, hy, hz = barchan_separation(dx, dy, dz, vx, vy, vz, dt)
         overlap = ri + rj - distance
-        fx, fy, fz, ax, ay, az{arm_names}{history_names} = barchan_contact(
-            overlap, distance, nx, ny, nz, hx, hy, hz, ri, rj, ri * rj / (ri + rj), 1.0 / (motion[i, 3] + motion[j, 3]),
-            vx, vy, vz, spin[i, 0], spin[i, 1], spin[i, 2], spin[j, 0], spin[j, 1], spin[j, 2], dt, {flat_arguments})
+        arm_i = {arm_first}
+        arm_j = {arm_second}
+        fx, fy, fz, ax, ay, az{history_names} = barchan_contact(
+            overlap, distance, arm_i, arm_j, nx, ny, nz, hx, hy, hz, ri, rj, ri * rj / (ri + rj),
+            1.0 / (motion[i, 3] + motion[j, 3]), vx, vy, vz,
+            spin[i, 0], spin[i, 1], spin[i, 2], spin[j, 0], spin[j, 1], spin[j, 2], dt, {flat_arguments})
         touches = overlap > 0.0
         out[0, k] = fx if touches else 0.0
         out[1, k] = fy if touches else 0.0
@@ -122,9 +123,9 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
         distance = surface[0, c]
         {wall_gathered}
         overlap = ri - distance
-        fx, fy, fz, ax, ay, az{arm_names}{history_names} = barchan_contact(
-            overlap, distance, surface[1, c], surface[2, c], surface[3, c], surface[4, c], surface[5, c], surface[6, c],
-            ri, ri, ri / (1.0 + surface[10, c] * ri), 1.0 / motion[i, 3],
+        fx, fy, fz, ax, ay, az{history_names} = barchan_contact(
+            overlap, distance, {wall_arm}, ri, surface[1, c], surface[2, c], surface[3, c], surface[4, c], surface[5, c],
+            surface[6, c], ri, ri, ri / (1.0 + surface[10, c] * ri), 1.0 / motion[i, 3],
             motion[i, 0] - surface[7, c], motion[i, 1] - surface[8, c], motion[i, 2] - surface[9, c],
             spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
         touches = overlap > 0.0
@@ -134,7 +135,7 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
         out[3, k] = ax if touches else 0.0
         out[4, k] = ay if touches else 0.0
         out[5, k] = az if touches else 0.0
-        {keep_arms}
+        {keep_wall_arm}
         {keep_history}
         touching += 1 if touches else 0
         large += 1 if overlap > allowed_overlap * 2.0 * ri else 0
@@ -142,9 +143,8 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
     return touching, large, too_large
 '''
 
-#: Torque arms: name -> (arm of the first, arm of the second). A wall has radius_second = radius_first for the paper's
-#: law, and a lens arm equal to its distance.
+#: Torque arms: name -> (arm of the first, arm of the second, arm of a grain at a wall).
 ARMS = {
-    "radius": ("radius_first", "radius_second"),
-    "lens": ("radius_first - 0.5 * overlap * (2.0 * radius_second - overlap) / distance", "distance - arm_first"),
+    "radius": ("ri", "rj", "ri"),
+    "lens": ("ri - 0.5 * overlap * (2.0 * rj - overlap) / distance", "distance - arm_i", "distance"),
 }

@@ -90,6 +90,13 @@ class Law:
         missing = [name for name in self.history if name not in arguments]
         if missing:
             raise LawError(f"{where}: history {missing} is declared but is no argument of the function")
+        double = [n for n in (*self.properties, *self.history) if n in QUANTITIES]
+        double += [n for n in self.history if n in self.properties]
+        if double:
+            raise LawError(
+                f"{where}: {sorted(set(double))} would mean two things; quantities of a contact, properties and "
+                f"history need names of their own. Quantities: {', '.join(QUANTITIES)}"
+            )
         bad_width = {name: width for name, width in self.history.items() if width not in (SCALAR, VECTOR)}
         if bad_width:
             raise LawError(f"{where}: history {bad_width} must be 1 (a number) or 3 (a vector) wide")

@@ -78,7 +78,7 @@ class VirtualRank:
 
     def exchange(self, messages):
         """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes."""
-        sent = self.all_gather(messages)
+        sent = self.all_gather({rank: message.copy() for rank, message in messages.items()})
         return {source: boxes[self.rank].copy() for source, boxes in enumerate(sent) if self.rank in boxes}
 
     def barrier(self):
