@@ -5,12 +5,21 @@ import numpy as np
 import barchan as bc
 from barchan.packing.lattice import lattice
 
-VALUES = {"kn": 2e4, "kt": 6e3, "gamma_n": 20.0, "gamma_t": 10.0, "friction": 0.4,
-          "youngs_modulus": 2e5, "poisson_ratio": 0.25, "restitution": 0.6}
+VALUES = {
+    "kn": 2e4,
+    "kt": 6e3,
+    "gamma_n": 20.0,
+    "gamma_t": 10.0,
+    "friction": 0.4,
+    "youngs_modulus": 2e5,
+    "poisson_ratio": 0.25,
+    "restitution": 0.6,
+}
 
 
 def materials(law, count=2):
     """Materials that differ, with all properties of ``law``."""
+
     def scaled(k):
         return {name: value * (1.0 + 0.2 * k) for name, value in VALUES.items() if name in law.properties}
 
@@ -43,8 +52,14 @@ def dense(law, **options):
     bottom = points[:, 2] < 1.2
     left = points[:, 0] < 4.0
     for frozen, chosen, material in ((True, bottom, "m0"), (False, ~bottom & left, "m0"), (False, ~bottom & ~left, "m1")):
-        ids = sim.add_grains(points[chosen], radius[chosen], material, velocity=0.0 if frozen else velocity[chosen],
-                             omega=0.0 if frozen else random.normal(0.0, 0.5, (chosen.sum(), 3)), frozen=frozen)
+        ids = sim.add_grains(
+            points[chosen],
+            radius[chosen],
+            material,
+            velocity=0.0 if frozen else velocity[chosen],
+            omega=0.0 if frozen else random.normal(0.0, 0.5, (chosen.sum(), 3)),
+            frozen=frozen,
+        )
         own = np.isin(sim.grains.id, ids)
         sim.grains.label[own] = np.stack([sim.grains.id[own], -sim.grains.id[own]], axis=1)
     return sim

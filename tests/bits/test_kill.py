@@ -30,7 +30,7 @@ def test_killed_runs_end_with_the_same_bits(law, tmp_path):
     24 kills in all, on a dense state (see test_same_bits)."""
     moments = random.Random(law.name)
     kills = 0
-    for attempt in range(2):
+    for _ in range(2):
         victim = start(law, tmp_path)
         begun = int(victim.stdout.readline().split()[1])
         assert begun < STEPS, "it must still have steps to go when it is killed"

@@ -73,7 +73,11 @@ class TestSameBits:
 
     @pytest.mark.parametrize("variant", ["every step", "at random", "wide skin"])
     def test_moment_of_rebuild(self, law, variant, plain):
-        options = {"every step": {"also_when": lambda step: True}, "at random": {"also_when": at_random(3)}, "wide skin": {"skin": 0.9}}
+        options = {
+            "every step": {"also_when": lambda step: True},
+            "at random": {"also_when": at_random(3)},
+            "wide skin": {"skin": 0.9},
+        }
         assert_same(plain(law), final_state(law, **options[variant]))
 
     def test_two_threads(self, law, plain):

@@ -107,7 +107,9 @@ def test_a_law_in_a_file_has_the_speed_of_the_shipped_one(tmp_path):
     side = float(data["L"])
 
     def dense(law):
-        material = bc.Material("g", density=float(data["rho"][0]), kn=2000.0, kt=4000.0 / 7.0, gamma_n=50.0, gamma_t=25.0, friction=0.5)
+        material = bc.Material(
+            "g", density=float(data["rho"][0]), kn=2000.0, kt=4000.0 / 7.0, gamma_n=50.0, gamma_t=25.0, friction=0.5
+        )
         sim = bc.Simulation(bc.Box((0, 0, -1), (side, side, 60), (True, True, False)), law, material, dt=5e-4, threads=1)
         sim.add_grains(data["x"], data["r"], velocity=data["v"], omega=data["w"])
         with warnings.catch_warnings():

@@ -36,7 +36,20 @@ def test_it_holds_all_that_the_next_step_reads(tmp_path):
     sim = filled()
     save(sim, tmp_path / "c.h5")
     state = read_state(tmp_path / "c.h5")
-    needed = {"id", "position", "velocity", "omega", "force", "torque", "radius", "mass", "inertia", "material", "frozen", "image"}
+    needed = {
+        "id",
+        "position",
+        "velocity",
+        "omega",
+        "force",
+        "torque",
+        "radius",
+        "mass",
+        "inertia",
+        "material",
+        "frozen",
+        "image",
+    }
     assert needed <= set(state.fields)
     for name in needed:
         assert np.array_equal(state.fields[name], sim.grains.sorted_by_id(name))
@@ -89,11 +102,14 @@ def test_a_changed_number_is_refused(tmp_path):
         read_state(tmp_path / "c.h5")
 
 
-@pytest.mark.parametrize("other, named", [
-    (dict(law=bc.laws.hertz_mindlin_standard), "law"),
-    (dict(friction=0.4), "materials"),
-    (dict(gravity=lambda t: (0.0, 0.0, -t)), "gravity"),
-])
+@pytest.mark.parametrize(
+    "other, named",
+    [
+        (dict(law=bc.laws.hertz_mindlin_standard), "law"),
+        (dict(friction=0.4), "materials"),
+        (dict(gravity=lambda t: (0.0, 0.0, -t)), "gravity"),
+    ],
+)
 def test_another_scene_is_refused(other, named, tmp_path):
     save(filled(), tmp_path / "c.h5")
     with pytest.raises(CheckpointError, match=named):

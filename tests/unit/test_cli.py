@@ -11,7 +11,9 @@ SMALL = ("--grains", "300", "--equilibrate", "0.004", "--duration", "0.006", "--
 
 
 def barchan(*arguments, check=None):
-    done = subprocess.run([sys.executable, "-m", "barchan.cli", *map(str, arguments)], capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-m", "barchan.cli", *map(str, arguments)], capture_output=True, text=True, timeout=300
+    )
     if check is not None:
         assert done.returncode == check, done.stderr
     assert "Traceback" not in done.stderr
@@ -36,7 +38,9 @@ def test_an_interrupted_run_resumes_to_the_same_bits(finished, tmp_path):
     """Killed at whatever moment, even before its first checkpoint, then continued."""
     whole, _ = finished
     out = tmp_path / "broken"
-    process = subprocess.Popen([sys.executable, "-m", "barchan.cli", "run", "avalanche", *SMALL, "--out", str(out)], stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "barchan.cli", "run", "avalanche", *SMALL, "--out", str(out)], stderr=subprocess.DEVNULL
+    )
     while not (out / "scene.json").exists():
         assert process.poll() is None
     process.kill()
@@ -55,13 +59,16 @@ def test_diff_names_what_differs(finished, tmp_path):
         assert word in text
 
 
-@pytest.mark.parametrize("arguments, words", [
-    (("run", "avalanche", "--grains", "5"), ("grains", "20")),
-    (("run", "avalanche", "--angle", "nan"), ("angle", "finite")),
-    (("run", "avalanche", "--duration", "-1"), ("duration", "greater than or equal to 0")),
-    (("diff", "nothing-here", "nor-here"), ("no checkpoint",)),
-    (("run", "avalanche", "--resume", "nothing-here"), ("nothing to resume",)),
-])
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (("run", "avalanche", "--grains", "5"), ("grains", "20")),
+        (("run", "avalanche", "--angle", "nan"), ("angle", "finite")),
+        (("run", "avalanche", "--duration", "-1"), ("duration", "greater than or equal to 0")),
+        (("diff", "nothing-here", "nor-here"), ("no checkpoint",)),
+        (("run", "avalanche", "--resume", "nothing-here"), ("nothing to resume",)),
+    ],
+)
 def test_bad_input_is_one_clear_line(arguments, words, tmp_path):
     more = ("--out", tmp_path / "x") if "avalanche" in arguments and "--resume" not in arguments else ()
     done = barchan(*arguments, *more, check=2)

@@ -77,6 +77,17 @@ def test_the_skin_may_be_changed_between_runs_and_changes_no_bit(skins):
     assert final(*skins)[0] == constant
 
 
+def test_a_changed_skin_takes_effect_in_the_next_run():
+    sim = simulation()
+    sim.add_grains([[1.0, 1.0, 5.0], [4.0, 1.0, 5.0]], 0.5)
+    listed = []
+    for skin in (0.1, 3.0, 0.1):
+        sim.skin = skin
+        sim.run(1)
+        listed.append(sim.contacts.n_pairs)
+    assert listed == [0, 1, 0]
+
+
 @pytest.mark.parametrize("skin", [-0.3, float("nan")])
 def test_an_impossible_skin_is_refused(skin):
     sim = sliding_pair()

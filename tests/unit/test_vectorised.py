@@ -14,6 +14,7 @@ def test_the_loop_has_packed_square_roots(law, uniform):
 
 def test_a_loop_that_is_not_vectorised_is_noticed():
     """A law with a loop of its own cannot be put into lanes."""
+
     @bc.law(properties={"kn": "force/length"})
     def iterates(overlap, kn):
         total = 0.0
