@@ -84,7 +84,7 @@ class Simulation(Assembly):
         for action in self.actions:
             if action.due(self.step_number):
                 action.apply(self)  # grains added, removed or changed at n+1
-        if self._is_stale(motion) or not self._listed:
+        if self._is_stale(motion):
             self.rebuild()
         else:
             self.ghosts.update(self.grains, self.law.reads)
@@ -226,6 +226,8 @@ class Simulation(Assembly):
         if fault:
             self._stop()
         self.staleness.note_speed(sqrt(fastest), self._list_skin, self.dt)
+        if not self._listed:  # an action changed the grains: nothing is known of their displacements
+            return True
         if self.staleness.wants_rebuild(self.step_number):
             return True
         exceeds, skin = self.staleness.exceeds, self._list_skin

@@ -93,8 +93,13 @@ def test_a_law_in_a_file_passes_the_kit(tmp_path):
     assert len(check_law(from_file(tmp_path), material)) == 7
 
 
-def test_a_changed_law_cannot_continue_a_run(tmp_path):
-    law, changed = from_file(tmp_path), from_file(tmp_path, SOURCE.replace("abs(pressing)", "max(pressing, 0.0)"), "changed_laws")
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("abs(pressing)", "max(pressing, 0.0)"), ('"friction": "1"', '"friction": bc.Property("1", maximum=2.0)')],
+    ids=["formula", "declaration"],
+)
+def test_a_changed_law_cannot_continue_a_run(old, new, tmp_path):
+    law, changed = from_file(tmp_path), from_file(tmp_path, SOURCE.replace(old, new), "changed_laws")
     save(final_state(law, 10), tmp_path / "c.h5")
     restore(states.empty(from_file(tmp_path, name="same_laws")), tmp_path / "c.h5")
     with pytest.raises(CheckpointError, match="law"):

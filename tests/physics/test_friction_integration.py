@@ -74,6 +74,33 @@ def test_standard_scheme_converges_to_the_default():
     np.testing.assert_allclose(times_of("linear_standard", 0.1 * SOFT_DT), CONVERGED, rtol=0.04)
 
 
+@pytest.mark.parametrize("law", bc.laws.SHIPPED.values(), ids=lambda law: law.name)
+def test_memory_turns_with_the_contact(law):
+    """A stuck contact turns rigidly by 90 degrees, in 30 steps of 3 degrees and with no slip: its tangential force turns with it.
+
+    Laws that lay the memory onto the new plane keep its length to rounding; those of the standard scheme with a displacement
+    project it, so its part across the axis of rotation shrinks by cos(3 degrees) at every step.
+    """
+    memory = (0.0, 3e-5, 4e-5)  # along the axis of rotation z and across it; the first normal is x
+    parameters = {name: 0.1 for name in law.parameters} | {"friction": 1e9}
+    values = {"overlap": 0.01, "distance": 1.99, "mass_eff": 1.0, "dt": 1e-3, "normal_velocity": 0.0}
+    values |= {"radius_first": 1.0, "radius_second": 1.0, "radius_eff": 0.5}
+    values |= {"tangential_velocity": (0.0, 0.0, 0.0), "slip_velocity_half": (0.0, 0.0, 0.0)}
+    angles = np.radians(3.0 * np.arange(1, 31))
+    for angle in angles:
+        values["normal"] = (np.cos(angle), np.sin(angle), 0.0)
+        values["normal_half"] = (np.cos(angle - np.radians(1.5)), np.sin(angle - np.radians(1.5)), 0.0)
+        arguments = {name: values[name] for name in law.quantities}
+        _, _, memory = law(**arguments, **parameters, **{next(iter(law.history)): memory})
+    across = 3e-5
+    if law.name in ("linear_standard", "silbert_standard", "hertz_standard"):
+        across *= np.cos(np.radians(3.0)) ** 30
+        np.testing.assert_allclose(memory, (-across, 0.0, 4e-5), rtol=1e-12, atol=1e-18)
+    else:
+        assert np.linalg.norm(memory) == pytest.approx(5e-5, rel=1e-12)
+        np.testing.assert_allclose(memory, (-across, 0.0, 4e-5), rtol=0.03, atol=1e-18)
+
+
 @pytest.mark.validate
 @pytest.mark.parametrize("name", STANDARD)
 def test_published_stiffness(name):

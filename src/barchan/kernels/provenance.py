@@ -5,6 +5,8 @@ import inspect
 import textwrap
 import types
 
+import numpy as np
+
 from barchan.errors import SceneError
 
 
@@ -23,6 +25,9 @@ def source_hash(function):
 
 
 def _collect(thing, pieces, seen):
+    if hasattr(thing, "properties") and hasattr(thing, "mix"):  # a law: what it declares is part of it
+        pieces.append(f"{sorted(thing.properties.items())!r} {thing.history!r} {thing.lever}")
+        _collect(thing.mix, pieces, seen)
     plain = getattr(thing, "py_func", getattr(thing, "function", thing))
     if not isinstance(plain, types.FunctionType):
         pieces.append(f"{type(plain).__qualname__} {sorted(getattr(plain, '__dict__', {}).items())!r}")
@@ -40,7 +45,9 @@ def _collect(thing, pieces, seen):
     free = {name: cell.cell_contents for name, cell in zip(plain.__code__.co_freevars, plain.__closure__ or ())}
     for name in (*plain.__code__.co_names, *plain.__code__.co_freevars):
         value = free.get(name, plain.__globals__.get(name))
-        if isinstance(value, (bool, int, float, str, tuple)):
+        if isinstance(value, np.ndarray):
+            pieces.append(f"{name} = {value.dtype} {value.shape} {value.tobytes().hex()}")
+        elif isinstance(value, (bool, int, float, str, tuple, list, dict, np.generic)):
             pieces.append(f"{name} = {value!r}")
         elif isinstance(value, types.FunctionType):
             _collect(value, pieces, seen)
