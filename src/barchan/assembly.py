@@ -144,7 +144,10 @@ class Assembly:
     def _chosen(self, ids):
         """Which owned grains are meant, once the list is put away."""
         self.begin_change()
-        meant = np.unique(np.concatenate(self.comm.all_gather(np.atleast_1d(np.asarray(ids, dtype=np.int64)))))
+        ids = np.atleast_1d(ids)
+        if len(ids) and ids.dtype.kind not in "iu":
+            raise SceneError(f"ids = {ids[:5].tolist()} ... must be whole numbers (a mask goes through grains.id[mask])")
+        meant = np.unique(np.concatenate(self.comm.all_gather(ids.astype(np.int64))))
         chosen = np.isin(self.grains.view("id"), meant)
         known = np.concatenate(self.comm.all_gather(self.grains.view("id")[chosen]))
         unknown = np.setdiff1d(meant, known)

@@ -81,12 +81,19 @@ def save(sim, path):
     Raises:
         CheckpointError: the file cannot be written (full disk, no permission).
     """
+    sim.take_up_changes()
     state, failure = collect(sim), None
     if sim.comm.rank == 0:
         try:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
             write_state(state, path)
         except OSError as error:
-            failure = f"checkpoint {path} cannot be written: {error}. The one before it is untouched"
+            reason = os.strerror(error.errno) if error.errno else str(error).split("\n")[0]
+            failure = f"checkpoint {path} cannot be written: {reason}. The one before it is untouched"
+        except TypeError as error:
+            failure = (
+                f"checkpoint {path} cannot be written: Simulation.notes and material properties hold numbers and text: {error}"
+            )
     failure = sim.comm.all_gather(failure)[0]
     if failure:
         raise CheckpointError(failure)
@@ -197,22 +204,40 @@ class Checkpoints:
     """
 
     def __init__(self, directory, due, keep=2):
-        self.directory, self.due, self.keep = Path(directory), due, max(2, keep)
+        self.directory, self.due, self.keep, self._first = Path(directory), due, max(2, keep), True
 
     def write(self, sim):
         """Save the state now."""
-        if sim.comm.rank == 0:
-            self.directory.mkdir(parents=True, exist_ok=True)
-        sim.comm.barrier()
+        if self._first:
+            self._make_room(sim)
+        self._first = False
         save(sim, self.directory / f"checkpoint_{sim.step_number:012d}.h5")
         if sim.comm.rank == 0:
             for old in all_checkpoints(self.directory)[: -self.keep]:
                 old.unlink(missing_ok=True)
 
+    def _make_room(self, sim):
+        """Refuse a directory that holds later steps of another run; put damaged ones aside."""
+        failure = None
+        if sim.comm.rank == 0:
+            for path in all_checkpoints(self.directory):
+                if int(path.stem.split("_")[1]) > sim.step_number:
+                    try:
+                        read_state(path)
+                        failure = (
+                            f"{self.directory} holds checkpoints of another run, up to {path.name}, and this one is at step "
+                            f"{sim.step_number}. Restore them, or choose another directory"
+                        )
+                    except CheckpointError:
+                        os.replace(path, path.with_suffix(".damaged"))
+        failure = sim.comm.all_gather(failure)[0]
+        if failure:
+            raise CheckpointError(failure)
+
 
 def all_checkpoints(directory):
     """Checkpoints in a directory, oldest first."""
-    return sorted(Path(directory).glob("checkpoint_*.h5"))
+    return sorted(path for path in Path(directory).glob("checkpoint_*.h5") if path.stem[11:].isdigit() and path.is_file())
 
 
 def newest_sound(directory):

@@ -48,6 +48,11 @@ class Material:
         return f"Material({self.name!r}, density={self.density!r}, {', '.join(f'{k}={v!r}' for k, v in self.given.items())})"
 
 
+def _plain(properties):
+    """Properties as Python's own numbers, whatever library they came from."""
+    return {name: float(value) for name, value in properties.items()}
+
+
 class Materials:
     """The materials of a scene and the values of their pairs.
 
@@ -125,6 +130,8 @@ class Materials:
     def describe(self):
         """Everything that was given, as plain data for a checkpoint or a summary."""
         return {
-            "materials": [{"name": m.name, "density": m.density, **m.given} for m in self.list],
-            "pairs": [{"first": self.list[a].name, "second": self.list[b].name, **own} for (a, b), own in self.pairs.items()],
+            "materials": [{"name": m.name, "density": m.density, **_plain(m.given)} for m in self.list],
+            "pairs": [
+                {"first": self.list[a].name, "second": self.list[b].name, **_plain(own)} for (a, b), own in self.pairs.items()
+            ],
         }

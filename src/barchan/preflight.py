@@ -66,6 +66,7 @@ def check_settings(sim):
     Raises:
         SceneError: naming the setting, its value and what is allowed.
     """
+    check_count("threads", sim.threads, least=1)
     for name, dimension, zero_too in (("dt", "time", False), ("skin", "length", True), ("max_overlap", "1", False)):
         value = getattr(sim, name)
         if name == "skin" and value is None:
@@ -74,6 +75,16 @@ def check_settings(sim):
         unlimited = name == "max_overlap" and value == np.inf
         if not (number and (np.isfinite(value) or unlimited) and (value > 0.0 or (zero_too and value == 0.0))):
             raise SceneError(f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0")
+
+
+def check_count(what, value, least):
+    """Refuse what is no whole number of at least ``least``.
+
+    Raises:
+        SceneError: naming it.
+    """
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
+        raise SceneError(f"{what} = {value!r} must be a whole number >= {least}")
 
 
 def fault(sim):
@@ -92,7 +103,7 @@ def check_grains(sim):
         SceneError: naming the grain, the field, its value and what is allowed.
     """
     grains = sim.grains
-    for name in ("position", "velocity", "omega", "radius", "mass", "inertia"):
+    for name in ("position", "velocity", "omega", "radius", "mass", "inertia", "force", "torque"):
         values = grains.view(name)
         rows = np.flatnonzero(~np.isfinite(values).reshape(grains.n, -1).all(axis=1)) if grains.n else []
         if len(rows):
@@ -107,6 +118,9 @@ def check_grains(sim):
                 f"grain {grains.view('id')[rows[0]]}: {name} = {grains.view(name)[rows[0]]:g} "
                 f"[{grains.field(name).dimension}] must be > 0 ({len(rows)} such grains)"
             )
+    rows = np.flatnonzero(grains.view("frozen") > 1)
+    if len(rows):
+        raise SceneError(f"grain {grains.view('id')[rows[0]]}: frozen = {grains.view('frozen')[rows[0]]}; it must be 0 or 1")
     rows = np.flatnonzero(grains.view("material") >= len(sim.materials))
     if len(rows):
         raise SceneError(

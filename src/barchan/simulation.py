@@ -11,6 +11,7 @@ import numpy as np
 
 from barchan import preflight
 from barchan.assembly import Assembly
+from barchan.errors import SceneError
 from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
@@ -49,7 +50,7 @@ class Simulation(Assembly):
     def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None):
         super().__init__(box, law, materials, comm)
         self.dt, self.gravity = dt, gravity
-        self.threads = threads or default_threads()
+        self.threads = default_threads() if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
         preflight.check_settings(self)
         self.actions, self.writers = [], []
@@ -62,14 +63,15 @@ class Simulation(Assembly):
     # -- the algorithm -----------------------------------------------------------------------------------------------
 
     def run(self, steps):
-        """Advance by ``steps`` steps. ``run(100); run(100)`` gives the bits of ``run(200)``.
+        """Advance by ``steps`` steps, a whole number. ``run(100); run(100)`` gives the bits of ``run(200)``.
 
         Raises:
             SceneError: the scene cannot be run; nothing was advanced.
             RunError: the run had to stop; the state is that of the step named in the message.
         """
+        preflight.check_count("run: steps", steps, least=0)
         self.prepare()
-        for _ in range(int(steps)):
+        for _ in range(steps):
             self.step()
         self._agree_on_faults()
 
@@ -81,17 +83,14 @@ class Simulation(Assembly):
             wall.move(self.dt)  # walls: n -> n+1
         self.step_number += 1
         self.time += self.dt
-        for action in self.actions:
-            if action.due(self.step_number):
-                action.apply(self)  # grains added, removed or changed at n+1
+        self._act()  # grains added, removed or changed at n+1
         if self._is_stale(motion):
             self.rebuild()
         else:
             self.ghosts.update(self.grains, self.law.reads)
         self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
-        for writer in self.writers:
-            if writer.due(self.step_number):
-                writer.write(self)
+        self._primed = True
+        self._write()
 
     def rebuild(self):
         """Find the neighbours anew. Writes no physical field."""
@@ -261,6 +260,32 @@ class Simulation(Assembly):
     def _stop(self):
         fault, self._fault = self._fault, None
         raise_together(self.comm, fault)
+
+    def _act(self):
+        """Actions that are due; what they wrote or added is checked, and honoured in this step."""
+        due = [action for action in self.actions if action.due(self.step_number)]
+        for action in due:
+            action.apply(self)
+        if due:
+            self._take_up_edits()
+            if not self._listed:
+                raise_together(self.comm, preflight.fault(self))
+                preflight.check_box(self, self._cutoff())
+
+    def _write(self):
+        """Writers that are due. They read; views of the state that they took end here."""
+        for writer in self.writers:
+            if writer.due(self.step_number):
+                writer.write(self)
+        edited = self.grains.take_edits()
+        if edited:
+            self._fault = SceneError(f"step {self.step_number}: a writer changed {', '.join(edited)}; only an action may")
+
+    def take_up_changes(self):
+        """Note what users changed since the last run, so that a checkpoint knows whether its forces are current."""
+        self._take_up_edits()
+        if self._table is not None and not np.array_equal(self.materials.table(self.law), self._table):
+            self._primed = False
 
     def _take_up_edits(self):
         """Bring in what users wrote since the last run; all ranks do if one does."""

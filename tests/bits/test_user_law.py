@@ -24,6 +24,9 @@ import barchan as bc
 def plus(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
+def minus(a, b):
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
 def times(s, a):
     return s * a[0], s * a[1], s * a[2]
 
@@ -43,13 +46,14 @@ def my_hertz(overlap, normal, normal_half, normal_velocity, tangential_velocity,
     slip = laid_on(plus(laid_on(slip, normal_half), times(dt, slip_velocity_half)), normal)
     pressing = f * (kn * overlap - gamma_n * mass_eff * normal_velocity)
     viscous = times(gamma_t * mass_eff, tangential_velocity)
-    force = times(-f, plus(times(kt, slip), viscous))
-    size = sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
+    pull = plus(times(kt, slip), viscous)
+    trial = times(f, pull)
+    size = sqrt(trial[0] * trial[0] + trial[1] * trial[1] + trial[2] * trial[2])
     limit = friction * abs(pressing)
-    if size > limit:
-        force = times(limit / size, force)
-        slip = times(-1.0 / kt, plus(times(1.0 / f, force), viscous))
-    return pressing, force, slip
+    ratio = limit / size if size > limit else 1.0
+    if ratio < 1.0:
+        slip = times(1.0 / kt, minus(times(ratio, pull), viscous))
+    return pressing, times(-f * ratio, pull), slip
 '''
 
 

@@ -7,6 +7,7 @@ Two touching, immobile spheres of 10 mm lie along x. A small sphere, 10 mm / R a
 from math import cos, log, pi, radians, sin, sqrt
 
 import numpy as np
+from impacts import advance
 
 import barchan as bc
 
@@ -68,8 +69,9 @@ class Necks:
         """Times, distances and angles, (records,) and (records, ratios)."""
         steps = round(every / self.sim.dt)
         times, distances, angles = [], [], []
+        self.sim.prepare()
         for _ in range(round(duration / every)):
-            self.sim.run(steps)
+            advance(self.sim, steps)
             distance, angle = self.place()
             times.append(self.sim.time)
             distances.append(distance)

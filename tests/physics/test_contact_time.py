@@ -1,4 +1,4 @@
-"""Order of the time integration in a head-on impact: second where forces depend on positions only, first with a dashpot.
+"""Head-on impacts: peaks, and the order of the time integration: second for elastic contacts, first with a dashpot.
 
 The leap-frog knows velocities at n-1/2 where the dashpot's force at n is needed: an error of dt/2 times the acceleration.
 """
@@ -8,6 +8,8 @@ from math import log, pi, sqrt
 import numpy as np
 import pytest
 from analytic import (
+    effective,
+    effective_modulus,
     hertz_contact_time,
     leap_frog_contact_time,
     linear_contact_time,
@@ -47,7 +49,7 @@ def head_on(law, restitution, dt):
     before, now = 0.0, np.inf
     while now > 0.0:
         before = impacts.overlap()[0]
-        impacts.sim.run(1)
+        impacts.sim.step()
         now = impacts.overlap()[0]
     duration = (impacts.sim.step_number - 1 + before / (before - now)) * dt
     impacts.run_apart(1)
@@ -63,6 +65,38 @@ def elastic_time(law):
     if law is bc.laws.linear:
         return linear_contact_time(KN, MASS_EFF)
     return hertz_contact_time(SPEED, MASS_EFF, MODULUS / (2.0 * (1.0 - POISSON**2)), 0.5 * RADIUS)
+
+
+@pytest.mark.parametrize("law", bc.laws.SHIPPED.values(), ids=lambda law: law.name)
+def test_peak_of_unequal_spheres(law):
+    """Elastic impact at 1 m/s of spheres of radius 0.3 and 0.5, of two materials. F = K d^p has its peak at
+    d^(p+1) = (p+1) m* v^2 / (2 K): overlap and force within 0.01 %. K: k_n (linear); k_n / sqrt(R_i + R_j) (the paper's);
+    k_n sqrt(R*) (hertz); 4/3 E* sqrt(R*) (Hertz-Mindlin). k_n of the pair is the geometric mean."""
+    radii, densities, stiffnesses, moduli = (0.3, 0.5), (1.0, 2.0), (1e5, 3e5), (1e7, 3e7)
+    incremental = law.name.startswith("hertz_mindlin")
+    materials = [
+        bc.Material(
+            name,
+            density=density,
+            friction=0.0,
+            **({"youngs_modulus": modulus, "poisson_ratio": nu} if incremental else {"kn": stiffness, "kt": stiffness}),
+        )
+        for name, density, stiffness, modulus, nu in zip("ab", densities, stiffnesses, moduli, (0.2, 0.4))
+    ]
+    second = {"radius": radii[1], "material": "b", "velocity": (0.5, 0.0, 0.0)}
+    overlap, force = Impacts(law, materials, 2e-6, radii[0], ["a"], [(-0.5, 0.0, 0.0)], second=second).peaks(8000)
+    masses = [4.0 / 3.0 * pi * radius**3 * density for radius, density in zip(radii, densities)]
+    mass_eff, radius_eff = effective(*masses), effective(*radii)
+    stiffness = sqrt(stiffnesses[0] * stiffnesses[1])
+    factor, power = {
+        "linear": (stiffness, 1.0),
+        "silbert": (stiffness / sqrt(sum(radii)), 1.5),
+        "hertz": (stiffness * sqrt(radius_eff), 1.5),
+        "hertz_mindlin": (4.0 / 3.0 * effective_modulus(moduli[0], 0.2, moduli[1], 0.4) * sqrt(radius_eff), 1.5),
+    }[law.name.removesuffix("_standard")]
+    peak = ((power + 1.0) * mass_eff / (2.0 * factor)) ** (1.0 / (power + 1.0))
+    np.testing.assert_allclose(overlap, peak, rtol=1e-4)
+    np.testing.assert_allclose(force, factor * peak**power, rtol=1e-4)
 
 
 @pytest.mark.parametrize("law", [bc.laws.linear, bc.laws.hertz_mindlin], ids=lambda law: law.name)

@@ -68,7 +68,7 @@ def test_momentum_of_a_free_cloud(law):
     first_angular, drift, contacts = before, np.zeros(3), 0
     for _ in range(STEPS):
         torque, touching = expected_torque(sim)
-        sim.run(1)
+        sim.step()
         linear, angular, linear_scale, angular_scale = momentum(sim)
         change = sim.dt * torque if law.lever == "radius" else 0.0
         np.testing.assert_allclose(linear, first_linear, rtol=0.0, atol=1e-14 * linear_scale)
