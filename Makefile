@@ -3,7 +3,6 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-export BARCHAN_CACHE_DIR ?= $(CURDIR)/.cache/barchan
 
 .PHONY: run test lint unit nojit bounds validate clean
 
@@ -37,4 +36,4 @@ $(VENV)/.tested: $(VENV)/.installed pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) .cache build src/*.egg-info
+	rm -rf $(VENV) build src/*.egg-info
