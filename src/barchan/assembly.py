@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from barchan.domain import Box
+from barchan.domain import Box, numbers
 from barchan.errors import SceneError
 from barchan.fields import DERIVED
 from barchan.grains import Grains, is_physical
@@ -52,7 +52,7 @@ class Assembly:
         Raises:
             SceneError: shapes do not fit, or a field does not exist.
         """
-        position = np.atleast_2d(np.asarray(position, dtype=np.float64))
+        position = np.atleast_2d(numbers("add_grains: position", position, "length"))
         if position.ndim != 2 or position.shape[1] != 3:
             raise SceneError(f"add_grains: position has shape {position.shape}; it must be (grains, 3)")
         given = [name for name in fields if name in _OWN or name in DERIVED]
@@ -99,7 +99,7 @@ class Assembly:
         shape = (count, field.width) if field.width > 1 else (count,)
         try:
             return np.array(np.broadcast_to(np.asarray(value, dtype=field.dtype), shape))
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, OverflowError) as error:
             raise SceneError(f"add_grains: {name} = {value!r} does not fit {count} grains: {error}") from None
 
     def add_field(self, name, width=1, dtype=np.float64, default=0, dimension="1"):
@@ -109,6 +109,8 @@ class Assembly:
 
     def add_wall(self, wall):
         """Add a wall; returns it. It touches every grain that is not frozen."""
+        if not hasattr(wall, "candidates"):
+            raise SceneError(f"add_wall: {wall!r} is no wall; give a barchan.Plane")
         if any(wall is other for other in self.walls):
             raise SceneError(f"wall {self.walls.index(wall)} ({wall.kind}) is in the scene already; make another one")
         wall.material = self.materials.index(wall.material)

@@ -173,10 +173,11 @@ def restore(sim, path):
             raise CheckpointError(
                 f"checkpoint {path} belongs to another scene: its {what} is {about[what]}, here it is {now[what]}"
             )
-    if [w["kind"] for w in now["walls"]] != [w["kind"] for w in about["walls"]]:
+    there, here = ([(wall["kind"], wall["material"]) for wall in walls] for walls in (about["walls"], now["walls"]))
+    if there != here:
         raise CheckpointError(
-            f"checkpoint {path} has the walls {[w['kind'] for w in about['walls']]}, here there are "
-            f"{[w['kind'] for w in now['walls']]}; add the same walls in the same order before restoring"
+            f"checkpoint {path} has the walls (kind, material) {there}, here there are {here}; add the same "
+            f"walls in the same order before restoring"
         )
     if "hash" in about["gravity"] or callable(sim.gravity):
         if about["gravity"] != now["gravity"]:
@@ -189,8 +190,14 @@ def restore(sim, path):
     for wall, wall_state in zip(sim.walls, about["walls"]):
         wall.restore(wall_state)
     for field in about["user_fields"]:
-        if field["name"] not in {f.name for f in sim.grains.table}:
+        own = next((f for f in sim.grains.table if f.name == field["name"]), None)
+        if own is None:
             sim.add_field(field["name"], field["width"], field["dtype"], field["default"], field["dimension"])
+        elif (own.width, np.dtype(own.dtype).name) != (field["width"], field["dtype"]):
+            raise CheckpointError(
+                f"checkpoint {path}: field '{own.name}' is {field['width']} {field['dtype']} wide there, {own.width} "
+                f"{np.dtype(own.dtype).name} here"
+            )
     sim.load(state)
 
 

@@ -7,6 +7,18 @@ import numpy as np
 from barchan.errors import SceneError
 
 
+def numbers(what, value, dimension):
+    """A user's numbers as an array of doubles.
+
+    Raises:
+        SceneError: ``value`` is no number, or no regular list of numbers.
+    """
+    try:
+        return np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(f"{what} = {value!r} [{dimension}] must be numbers") from None
+
+
 class Frame(NamedTuple):
     """The box as the kernels see it, (3,) each; ``half`` is infinite where a direction is not periodic."""
 
@@ -34,12 +46,16 @@ class Box:
     """
 
     def __init__(self, low, high, periodic=(False, False, False)):
-        self.low = np.array(low, dtype=np.float64)
-        self.high = np.array(high, dtype=np.float64)
-        self.periodic = tuple(bool(p) for p in periodic)
+        self.low, self.high = numbers("box: low", low, "length"), numbers("box: high", high, "length")
+        flags = list(periodic) if isinstance(periodic, (tuple, list, np.ndarray)) else [None]
+        if not all(isinstance(flag, (bool, np.bool_)) or flag in (0, 1) for flag in flags):
+            raise SceneError(f"box: periodic = {periodic!r} must be three of True and False")
+        self.periodic = tuple(bool(flag) for flag in flags)
         if self.low.shape != (3,) or self.high.shape != (3,) or len(self.periodic) != 3:
             raise SceneError(f"box: low, high and periodic take three values each; got {low!r}, {high!r}, {periodic!r}")
-        if not (np.isfinite(self.low).all() and np.isfinite(self.high).all() and (self.high > self.low).all()):
+        with np.errstate(all="ignore"):
+            length = self.high - self.low
+        if not (np.isfinite(length).all() and (self.high > self.low).all()):
             raise SceneError(f"box: high [length] must be finite and exceed low on every axis; got low={low!r}, high={high!r}")
 
     @property

@@ -61,7 +61,10 @@ class Materials:
     """
 
     def __init__(self, materials):
-        self.list = [materials] if isinstance(materials, Material) else list(materials)
+        given = materials if isinstance(materials, (list, tuple)) else [materials]
+        if not all(isinstance(material, Material) for material in given):
+            raise MaterialError(f"materials = {materials!r} must be a barchan.Material or a list of them")
+        self.list = list(given)
         self.pairs = {}
         names = [material.name for material in self.list]
         if not names or len(set(names)) != len(names):
@@ -78,7 +81,7 @@ class Materials:
         """
         names = [material.name for material in self.list]
         name = getattr(name, "name", name)
-        if name in names:
+        if isinstance(name, str) and name in names:
             return names.index(name)
         if isinstance(name, (int, np.integer)) and not isinstance(name, bool) and 0 <= name < len(names):
             return int(name)

@@ -54,7 +54,7 @@ class Scene(BaseModel):
         """
         try:
             values = json.loads(Path(path).read_text())
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise SceneError(f"scene {path} cannot be read: {error}") from None
         if not isinstance(values, dict):
             raise SceneError(f"scene {path} must hold a JSON object of parameters, not {type(values).__name__}")

@@ -53,6 +53,7 @@ class Simulation(Assembly):
         self.threads = default_threads() if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
         preflight.check_settings(self)
+        self._gravity = Gravity(gravity)
         self.actions, self.writers = [], []
         self.step_number, self.time = 0, 0.0
         self.notes = {}

@@ -41,7 +41,7 @@ class Avalanche(Scene):
     dt: float = Field(5e-6, gt=0.0, description="time step [s]")
     equilibrate: float = Field(0.05, ge=0.0, description="time in the horizontal position [s]")
     duration: float = Field(0.2, ge=0.0, description="time after the release [s]")
-    seed: int = Field(1, ge=0, description="of the radii")
+    seed: int = Field(1, ge=0, lt=2**64, description="of the radii")
 
     @model_validator(mode="after")
     def _radii_are_ordered(self):

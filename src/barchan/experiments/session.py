@@ -34,6 +34,8 @@ def run_avalanche(scene, path, threads, checkpoint_every, say):
         say(f"warning: {complaint}")
     if not found:
         sim = avalanche.build(scene, threads)
+    if sim.notes.setdefault("scene", scene.model_dump()) != scene.model_dump():
+        raise SceneError(f"{directory.scene_file} was changed since the run began; its checkpoints belong to the scene as it was")
     say(f"{'resuming' if found else 'starting'} in {path}: {sim.grains.n:,} grains, step {sim.step_number:,}")
     checkpoints = Checkpoints(directory.checkpoints, Every(checkpoint_every))
     sim.writers = [checkpoints]

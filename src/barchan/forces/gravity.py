@@ -27,7 +27,7 @@ class Gravity:
         vector = self.value(time) if callable(self.value) else self.value
         try:
             numbers = tuple(float(component) for component in vector)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             numbers = ()
         if len(numbers) != 3 or not all(isfinite(number) for number in numbers):
             raise SceneError(f"gravity at t = {time:g}: {vector!r} must be three finite numbers [length/time^2]")

@@ -48,7 +48,7 @@ class Property(NamedTuple):
         """Return ``value`` as a float, or raise MaterialError with what is allowed."""
         try:
             number = float(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             number = float("nan")
         low_ok = number > self.minimum if self.above else number >= self.minimum
         if not (isfinite(number) and low_ok and number <= self.maximum):

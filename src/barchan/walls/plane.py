@@ -2,8 +2,13 @@
 
 import numpy as np
 
+from barchan.domain import numbers
 from barchan.errors import SceneError
 from barchan.kernels.planes import measure_plane
+
+
+def _unit(vector):
+    return vector / np.sqrt((vector**2).sum())
 
 
 class Plane:
@@ -23,15 +28,15 @@ class Plane:
 
     def __init__(self, point, normal, material=0, velocity=(0.0, 0.0, 0.0)):
         given = {"point": point, "normal": normal, "velocity": velocity}
-        arrays = {name: np.array(value, dtype=np.float64) for name, value in given.items()}
+        arrays = {name: numbers(f"plane: {name}", value, "length") for name, value in given.items()}
         for name, value in arrays.items():
             if value.shape != (3,) or not np.isfinite(value).all():
                 raise SceneError(f"plane: {name} = {given[name]!r} must be three finite numbers")
-        size = float(np.sqrt((arrays["normal"] ** 2).sum()))
-        if size == 0.0:
+        largest = float(np.abs(arrays["normal"]).max())
+        if largest == 0.0:
             raise SceneError("plane: normal = (0, 0, 0) has no direction; give the direction from the wall to the grains")
         self.point, self.velocity = arrays["point"], arrays["velocity"]
-        self.normal, self.material = arrays["normal"] / size, material
+        self.normal, self.material = _unit(arrays["normal"] / largest), material
         self.key, self.force, self.torque = 0, np.zeros(3), np.zeros(3)
 
     def check(self, box, name):
@@ -65,6 +70,7 @@ class Plane:
         """What a checkpoint keeps, as plain numbers."""
         return {
             "kind": self.kind,
+            "material": int(self.material),
             "point": self.point.tolist(),
             "normal": self.normal.tolist(),
             "velocity": self.velocity.tolist(),

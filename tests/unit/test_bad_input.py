@@ -1,0 +1,91 @@
+"""Bad input is one clear error that names what, its value and what is allowed; never a traceback from deep inside."""
+
+import numpy as np
+import pytest
+
+import barchan as bc
+from barchan.checkpoint import restore, save
+from barchan.errors import BarchanError, CheckpointError, SceneError
+
+SAND = bc.Material("sand", density=1.0, kn=1e3, kt=3e2, friction=0.5)
+
+
+def simulation(**options):
+    return bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bc.laws.linear, SAND, dt=1e-3, **options)
+
+
+@pytest.mark.parametrize(
+    ("call", "word"),
+    [
+        (lambda: bc.Box("abc", (1, 1, 1)), "low"),
+        (lambda: bc.Box((0, 0, 0), (1, [2], 1)), "high"),
+        (lambda: bc.Box((0, 0, 0), (1, 1, 1), periodic="xyz"), "periodic"),
+        (lambda: bc.Box((0, 0, 0), (1, 1, 1), periodic=True), "periodic"),
+        (lambda: bc.Box((0, 0, 0), (1, 1, 1), periodic=(np.nan, 0, 1)), "periodic"),
+        (lambda: bc.Box((-1e308,) * 3, (1e308,) * 3), "finite"),
+        (lambda: bc.Plane("abc", (0, 0, 1)), "point"),
+        (lambda: bc.Plane((0, 0, 0), (0, 0, 1), velocity="fast"), "velocity"),
+        (lambda: bc.Simulation(bc.Box((0, 0, 0), (1, 1, 1)), bc.laws.linear, "sand", 1e-3), "materials"),
+        (lambda: bc.Material("m", density=10**400), "density"),
+        (lambda: simulation(gravity=(1, 2)), "gravity"),
+        (lambda: simulation(gravity=None), "gravity"),
+        (lambda: simulation(threads=0), "threads"),
+        (lambda: simulation(threads="two"), "threads"),
+        (lambda: simulation().add_grains("abc", 1.0), "position"),
+        (lambda: simulation().add_grains([(1, 1, 1)], "abc"), "radius"),
+        (lambda: simulation().add_grains([(1, 1, 1)], 1.0, frozen=256), "frozen"),
+        (lambda: simulation().add_wall("floor"), "wall"),
+        (lambda: simulation().run(-5), "steps"),
+        (lambda: simulation().run(2.7), "steps"),
+    ],
+)
+def test_it_is_named(call, word):
+    with pytest.raises(SceneError, match=word):
+        call()
+
+
+def test_a_mask_in_place_of_ids_is_refused():
+    sim = simulation()
+    sim.add_grains([(2, 2, 2), (5, 5, 5)], 1.0)
+    with pytest.raises(SceneError, match=r"grains\.id\[mask\]"):
+        sim.remove(np.array([False, True]))
+
+
+def test_frozen_is_zero_or_one():
+    sim = simulation()
+    sim.add_grains([(2, 2, 2), (3.9, 2, 2)], 1.0, frozen=True)
+    sim.grains.frozen[0] = 2
+    with pytest.raises(SceneError, match="frozen = 2"):
+        sim.run(1)
+
+
+@pytest.mark.parametrize("size", [1e-200, 1.0, 1e200])
+def test_a_normal_may_have_any_length(size):
+    assert bc.Plane((0, 0, 0), (0, 3 * size, 4 * size)).normal == pytest.approx([0.0, 0.6, 0.8], rel=1e-15)
+
+
+def test_a_wall_of_another_material_or_a_field_of_another_width_is_not_restored(tmp_path):
+    def scene(material="a", width=1):
+        pair = [bc.Material(n, density=1.0, kn=1e3, kt=3e2, friction=0.5) for n in "ab"]
+        sim = bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bc.laws.linear, pair, dt=1e-3)
+        sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1), material=material))
+        sim.add_field("heat", width=width)
+        return sim
+
+    sim = scene()
+    sim.add_grains([(2, 2, 2)], 1.0, "a")
+    save(sim, tmp_path / "c.h5")
+    restore(scene(), tmp_path / "c.h5")
+    for other in (scene(material="b"), scene(width=3)):
+        with pytest.raises(CheckpointError, match=r"walls|heat"):
+            restore(other, tmp_path / "c.h5")
+
+
+def test_numpy_numbers_are_saved_like_any_other(tmp_path):
+    material = bc.Material("m", density=np.float32(1.0), kn=np.float32(1e3), kt=np.int64(300), friction=0.5)
+    sim = bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bc.laws.linear, material, dt=np.float64(1e-3))
+    sim.add_grains([(2, 2, 2)], 1.0)
+    save(sim, tmp_path / "c.h5")
+    sim.notes["array"] = np.arange(3)
+    with pytest.raises(BarchanError, match="notes"):
+        save(sim, tmp_path / "d.h5")
