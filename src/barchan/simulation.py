@@ -95,6 +95,8 @@ class Simulation(Assembly):
 
     def rebuild(self):
         """Find the neighbours anew. Writes no physical field."""
+        if not self._listed:
+            self.staleness.restart()  # it is the scene that changed, not the grains that moved
         self._take_down_list(on_both=self.comm.size > 1)  # memory to rows; ghosts dropped
         self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
         grid = self._grid(self._cutoff())

@@ -1,5 +1,6 @@
 """The command: runs, resumes, compares, and says what is wrong in one line."""
 
+import re
 import subprocess
 import sys
 
@@ -30,6 +31,9 @@ def finished(tmp_path_factory):
 
 def test_the_avalanche_shows_progress_and_a_summary(finished):
     _, text = finished
+    shortest = int(re.search(r"shortest (\d+)", text).group(1))
+    bound = float(re.search(r"equation \(13\) allows ([\d.]+)", text).group(1))
+    assert shortest >= int(bound), "equation (13) is a lower bound on the interval between rebuilds"
     for word in ("equilibrate", "flow", "100 %", "grain-steps/s", "left", "rebuilds", "equation (13)"):
         assert word in text
 

@@ -34,6 +34,10 @@ class Staleness:
         self.last_step = step
         self.reference = position.copy()
 
+    def restart(self):
+        """Do not count the interval that ends with a change of the scene."""
+        self.last_step = None
+
     def wants_rebuild(self, step):
         """True if more rebuilds were asked for than are needed, and one is due at ``step``."""
         return self.also_when is not None and bool(self.also_when(step))
