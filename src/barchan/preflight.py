@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from barchan.errors import LostGrainError, NotFiniteError, OverlapError, SceneError
+from barchan.errors import LawError, LostGrainError, NotFiniteError, OverlapError, SceneError
 from barchan.measure import contact_table
 
 #: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
@@ -35,7 +35,12 @@ def stiffness(law, parameters, radius, mass, overlap):
         values = {name: values[name] for name in law.quantities}
         values |= dict(zip(law.parameters, parameters))
         values |= {name: (0.0, 0.0, 0.0) if width == 3 else 0.0 for name, width in law.history.items()}
-        return law(**values)[0]
+        result = law(**values)
+        if not isinstance(result, tuple) or len(result) != 2 + len(law.history):
+            raise LawError(
+                f"law '{law.name}' must return {', '.join(['normal_force', 'tangential_force', *law.history])}; got {result!r}"
+            )
+        return result[0]
 
     step = 1e-4 * overlap
     return (force(overlap + step) - force(overlap - step)) / (2.0 * step)

@@ -89,3 +89,14 @@ def test_numpy_numbers_are_saved_like_any_other(tmp_path):
     sim.notes["array"] = np.arange(3)
     with pytest.raises(BarchanError, match="notes"):
         save(sim, tmp_path / "d.h5")
+
+
+def test_a_law_that_returns_one_number_is_named():
+    @bc.law(properties={"kn": "force/length"})
+    def bare(overlap, kn):
+        return kn * overlap
+
+    sim = bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bare, bc.Material("m", density=1.0, kn=1e3), dt=1e-3)
+    sim.add_grains([(2, 2, 2)], 1.0)
+    with pytest.raises(SceneError, match=r"law 'bare' must return normal_force, tangential_force; got"):
+        sim.run(1)
