@@ -306,7 +306,9 @@ class Simulation(Assembly):
         table = self.materials.table(self.law)
         if self._table is not None and not np.array_equal(table, self._table):
             self._primed = False  # forces with the new parameters
-        self._table, self._loops = table, make_loops(self.law, len(self.materials) == 1)
+        self._table = table
+        if self._loops is None:
+            self._loops = make_loops(self.law, len(self.materials) == 1)
         skin = self.skin if self.skin is not None else DEFAULT_SKIN * 2.0 * self._largest_radius()
         if skin != self._list_skin:
             self._take_down_list()
