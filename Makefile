@@ -1,25 +1,28 @@
 # make run: environment, install, demo.   make test: environment with test extras, lint, quick suite.
-# make validate: the same checks at full size (hours).
+# make validate: the same checks at full size (hours).   make docs: the documentation site in build/docs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test lint unit nojit bounds validate clean
+.PHONY: run test lint unit nojit bounds validate docs clean
 
 run: $(VENV)/.installed
-	$(BIN)/barchan run avalanche --out runs/avalanche-$(shell date +%Y%m%d-%H%M%S)
+	$(BIN)/barchan run avalanche
 
 test: lint $(VENV)/.tested
 	$(BIN)/barchan compile
 	$(BIN)/python -m pytest -n 2 --dist worksteal tests src examples
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -q -m nojit tests/unit
-	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -q -m bounds tests/reference
+	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -q -m "bounds and not validate" tests/reference tests/unit/test_fuzz_checkpoint.py
 
 lint: $(VENV)/.tested
-	$(BIN)/ruff check src tests examples
+	$(BIN)/ruff check src tests examples docs
 
 validate: $(VENV)/.tested
 	$(BIN)/python -m pytest -m validate tests
+
+docs: $(VENV)/.documented
+	$(BIN)/python -m sphinx -E -W --keep-going docs build/docs
 
 $(VENV)/.made:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "barchan needs Python 3.11 or newer; use make PYTHON=/path/to/python3.11")'
@@ -32,7 +35,11 @@ $(VENV)/.installed: $(VENV)/.made pyproject.toml
 	touch $@
 
 $(VENV)/.tested: $(VENV)/.installed pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	$(BIN)/python -m pip install --quiet --editable '.[test,docs]'
+	touch $@
+
+$(VENV)/.documented: $(VENV)/.installed pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
 	touch $@
 
 clean:

@@ -1,6 +1,7 @@
 """barchan: granular flow and bonded grains, from a laptop to a cluster."""
 
 from barchan import laws
+from barchan.actions import Outlet
 from barchan.domain import Box
 from barchan.errors import BarchanError
 from barchan.laws import Law, Property, law
@@ -19,6 +20,7 @@ __all__ = [
     "Every",
     "Law",
     "Material",
+    "Outlet",
     "Plane",
     "Property",
     "Simulation",

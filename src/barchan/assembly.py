@@ -12,6 +12,7 @@ from barchan.neighbors.contacts import Contacts
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel import world
 from barchan.parallel.topology import Bricks
+from barchan.words import nearest, shown
 
 #: Fields of a new grain that follow from the others.
 _OWN = ("image", "force", "torque")
@@ -20,12 +21,15 @@ _OWN = ("image", "force", "torque")
 class Assembly:
     """Box, law, materials, grains and walls of one scene, on one rank; ``Simulation`` moves it."""
 
+    #: Once True, there are no new public attributes: most likely they are typos.
+    _complete = False
+
     def __init__(self, box, law, materials, comm):
         if not isinstance(box, Box):
-            raise SceneError(f"box = {box!r} must be a barchan.Box")
+            raise SceneError(f"box = {shown(box)} must be a barchan.Box")
         if not isinstance(law, Law):
             raise SceneError(
-                f"law = {law!r} must be a law, such as barchan.laws.hertz_mindlin or a function decorated with @barchan.law"
+                f"law = {shown(law)} must be a law, such as barchan.laws.hertz_mindlin or a function decorated with @barchan.law"
             )
         self.box, self.law, self.materials = box, law, Materials(materials)
         self.comm = comm or world()
@@ -35,13 +39,19 @@ class Assembly:
         self._rows = ContactRows.empty(0, law.history_width)
         self._listed = self._primed = False
 
+    def __setattr__(self, name, value):
+        if self._complete and name not in self.__dict__ and not name.startswith("_") and not hasattr(type(self), name):
+            public = [known for known in self.__dict__ if not known.startswith("_")]
+            raise SceneError(f"a simulation has no attribute '{name}'; {nearest(name, public)}")
+        super().__setattr__(name, value)
+
     def add_grains(self, position, radius, material=0, velocity=0.0, omega=0.0, frozen=False, **fields):
         """Add grains; every rank gives the same list and keeps its own part.
 
         Args:
             position: (k, 3) centres [length]; folded into the box along periodic directions.
             radius: number or (k,) [length].
-            material: name or number; sets the mass by its density, as a sphere.
+            material: name or number, or (k,) of them; sets the mass by its density, as a sphere.
             velocity, omega: (k, 3), three numbers or one, at the half step [length/time, 1/time].
             frozen: bool or (k,): immobile.
             fields: values of further fields by name, such as ``mass`` or one made by ``add_field``.
@@ -50,7 +60,7 @@ class Assembly:
             The ids of the new grains, (k,); never used before.
 
         Raises:
-            SceneError: shapes do not fit, or a field does not exist.
+            SceneError: shapes do not fit, or a field or a material does not exist.
         """
         position = np.atleast_2d(numbers("add_grains: position", position, "length"))
         if position.ndim != 2 or position.shape[1] != 3:
@@ -59,15 +69,15 @@ class Assembly:
         if given:
             raise SceneError(f"add_grains: {', '.join(given)} cannot be given; barchan sets it")
         folded, image = self.box.wrap(position)
-        number = self.materials.index(material)
-        values = self._sphere(len(position), radius, number, fields)
+        numbers_of_materials = self._column("material", self._material_numbers(material), len(position))
+        values = self._sphere(len(position), radius, numbers_of_materials, fields)
         values |= {
             "position": folded,
             "image": image,
             "velocity": velocity,
             "omega": omega,
             "frozen": frozen,
-            "material": number,
+            "material": numbers_of_materials,
             **fields,
         }
         ids = self.next_id + np.arange(len(position))
@@ -82,44 +92,79 @@ class Assembly:
         self._primed = False
         return ids
 
+    def _material_numbers(self, material):
+        """Number of a material, or of each in a list of names and numbers."""
+        if np.ndim(material) == 0:
+            return self.materials.index(material.item() if isinstance(material, np.ndarray) else material)
+        given = material.tolist() if isinstance(material, np.ndarray) else list(material)
+        try:
+            number = {one: self.materials.index(one) for one in dict.fromkeys(given)}
+        except TypeError:
+            raise SceneError(
+                f"add_grains: material = {shown(material)} must be a name, a number, or one for each grain"
+            ) from None
+        return [number[one] for one in given]
+
     def _sphere(self, count, radius, material, fields):
         radius = self._column("radius", radius, count)
-        density = self.materials.list[material].density
-        if density is None and "mass" not in fields:
-            raise SceneError(
-                f"add_grains: material '{self.materials.list[material].name}' has no density; give it one, or give mass"
-            )
-        mass = self._column("mass", fields["mass"], count) if "mass" in fields else 4.0 / 3.0 * np.pi * radius**3 * density
+        if "mass" in fields:
+            mass = self._column("mass", fields["mass"], count)
+        else:
+            densities = [one.density for one in self.materials.list]
+            light = [self.materials.list[number].name for number in np.unique(material) if densities[number] is None]
+            if light:
+                raise SceneError(f"add_grains: material '{light[0]}' has no density; give it one, or give mass")
+            mass = 4.0 / 3.0 * np.pi * radius**3 * np.array(densities, dtype=np.float64)[material]
         return {"radius": radius, "mass": mass, "inertia": 0.4 * mass * radius**2}
 
     def _column(self, name, value, count):
         if name not in {field.name for field in self.grains.table}:
-            raise SceneError(f"add_grains: no field '{name}'; there are: {', '.join(f.name for f in self.grains.table)}")
+            raise SceneError(f"add_grains: no field '{name}'; {nearest(name, [field.name for field in self.grains.table])}")
         field = self.grains.field(name)
         shape = (count, field.width) if field.width > 1 else (count,)
         try:
             return np.array(np.broadcast_to(np.asarray(value, dtype=field.dtype), shape))
         except (ValueError, TypeError, OverflowError) as error:
-            raise SceneError(f"add_grains: {name} = {value!r} does not fit {count} grains: {error}") from None
+            raise SceneError(f"add_grains: {name} = {shown(value)} does not fit {count} grains: {error}") from None
 
     def add_field(self, name, width=1, dtype=np.float64, default=0, dimension="1"):
-        """Give every grain a field of your own: it migrates, is saved, and can be read and written like any other."""
+        """Give every grain a field of your own: it migrates, is saved, and can be read and written like any other.
+
+        Args:
+            name: a Python identifier that is no field yet.
+            width: numbers for each grain; more than one makes the field (n, width).
+            dtype: type of numbers, such as ``numpy.float64``.
+            default: value of the grains of now and of those added without one.
+            dimension: such as "length" or "force/length^2".
+
+        Raises:
+            SceneError: naming what cannot be used.
+        """
         self.begin_change()
         self.grains.add_field(name, width, dtype, default, dimension)
 
     def add_wall(self, wall):
-        """Add a wall; returns it. It touches every grain that is not frozen."""
+        """Add a wall; returns it. It touches every grain that is not frozen.
+
+        Raises:
+            SceneError: it is no wall, or is in a scene already, this one or another.
+        """
         if not hasattr(wall, "candidates"):
-            raise SceneError(f"add_wall: {wall!r} is no wall; give a barchan.Plane")
-        if any(wall is other for other in self.walls):
-            raise SceneError(f"wall {self.walls.index(wall)} ({wall.kind}) is in the scene already; make another one")
-        wall.material = self.materials.index(wall.material)
+            raise SceneError(f"add_wall: {shown(wall)} is no wall; give a barchan.Plane")
+        if wall.key:
+            raise SceneError(f"add_wall: this {wall.kind} is wall {-1 - wall.key} of a scene already; make another one")
+        self._admit(wall, len(self.walls))
         wall.key = -1 - len(self.walls)
-        wall.check(self.box, f"wall {len(self.walls)} ({wall.kind})")
         self.begin_change()
         self.walls.append(wall)
         self._primed = False
         return wall
+
+    def _admit(self, wall, number):
+        """Check a wall that is new or was edited."""
+        wall.material = self.materials.index(wall.material)
+        wall.check(self.box, f"wall {number} ({wall.kind})")
+        wall.edited = False
 
     def remove(self, ids):
         """Take grains out of the scene for good.
@@ -183,19 +228,23 @@ class Assembly:
 
     def begin_change(self):
         """Take up what users wrote into fields, and put the neighbour list away; the next run makes it anew."""
-        if self.note_edits(self.grains.take_edits()):
-            self._primed = False
+        self.note_edits(self.grains.take_edits())
         self._take_down_list()
 
     def note_edits(self, edited):
-        """Derive what depends on edited fields; True if forces must be computed anew."""
+        """Derive what depends on edited fields and on walls that users changed; True if forces must be computed anew."""
         if "position" in edited:
             folded, image = self.box.wrap(self.grains.view("position"))
             self.grains.view("position")[...] = folded
             self.grains.view("image")[...] += image
         if is_physical(edited):
             self.grains.refresh_inverse()
-        return is_physical(edited)
+        walls = [number for number, wall in enumerate(self.walls) if wall.edited]
+        if is_physical(edited) or walls:
+            self._primed = False  # whatever a wall's check says
+        for number in walls:
+            self._admit(self.walls[number], number)
+        return is_physical(edited) or bool(walls)
 
     def _take_down_list(self, on_both=True):
         """Contact memory to rows of the grains, of both grains of a pair unless none can leave this rank; ghosts dropped."""

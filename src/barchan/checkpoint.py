@@ -5,7 +5,6 @@ A checkpoint is one HDF5 file, written under another name and renamed when it is
 it. It holds data only: laws and functions of time stay in the user's script, and a hash tells if they have changed.
 """
 
-import hashlib
 import json
 import os
 from pathlib import Path
@@ -14,11 +13,13 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
-from barchan.errors import CheckpointError
+from barchan import atomic, soundness
+from barchan.errors import CheckpointError, SceneError
 from barchan.kernels.provenance import source_hash
 from barchan.neighbors.rows import ContactRows
+from barchan.writers.output import write_on_first_rank
 
-FORMAT = 1
+FORMAT = 2
 
 
 class State(NamedTuple):
@@ -79,58 +80,30 @@ def save(sim, path):
     """Write the state of ``sim`` to the file ``path``; an older file of that name stays whole until the new one is.
 
     Raises:
-        CheckpointError: the file cannot be written (full disk, no permission).
+        OutputError: the file cannot be written (full disk, no permission).
+        SceneError: ``Simulation.notes`` holds something else than numbers and text.
     """
     sim.take_up_changes()
-    state, failure = collect(sim), None
-    if sim.comm.rank == 0:
-        try:
-            Path(path).parent.mkdir(parents=True, exist_ok=True)
-            write_state(state, path)
-        except OSError as error:
-            reason = os.strerror(error.errno) if error.errno else str(error).split("\n")[0]
-            failure = f"checkpoint {path} cannot be written: {reason}. The one before it is untouched"
-        except TypeError as error:
-            failure = (
-                f"checkpoint {path} cannot be written: Simulation.notes and material properties hold numbers and text: {error}"
-            )
-    failure = sim.comm.all_gather(failure)[0]
-    if failure:
-        raise CheckpointError(failure)
+    state = collect(sim)
+    try:
+        json.dumps(state.about)
+    except TypeError as error:
+        raise SceneError(f"checkpoint {path}: Simulation.notes and material properties hold numbers and text: {error}") from None
+    write_on_first_rank(sim, path, lambda: write_state(state, path))
 
 
 def write_state(state, path):
     """Write a state to a file, atomically."""
-    path = Path(path)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        with h5py.File(partial, "w") as file:
-            for name, values in _datasets(state).items():
-                file[name] = values
-            file.attrs["about"] = json.dumps(state.about)
-            file.attrs["checksum"] = _checksum(state)
-            file.flush()
-            os.fsync(file.id.get_vfd_handle())
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def _datasets(state):
-    datasets = {f"grains/{name}": values for name, values in state.fields.items()}
-    return datasets | {f"contacts/{name}": values for name, values in state.contacts._asdict().items()}
-
-
-def _checksum(state):
-    digest = hashlib.sha256(json.dumps(state.about).encode())
-    for name, values in sorted(_datasets(state).items()):
-        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
-        digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()
+    with atomic.writing_hdf5(path) as file:
+        for name, values in state.fields.items():
+            file[f"grains/{name}"] = values
+        for name, values in state.contacts._asdict().items():
+            file[f"contacts/{name}"] = values
+        file.attrs["about"] = json.dumps(state.about)
 
 
 def read_state(path):
-    """Read a state from a file.
+    """Read a state from a file. Its structure is sound; its values may be those of a run that failed.
 
     Raises:
         CheckpointError: the file is missing, cut, altered, or no checkpoint of barchan.
@@ -139,22 +112,45 @@ def read_state(path):
     if not path.is_file():
         raise CheckpointError(f"checkpoint {path}: there is no such file")
     try:
-        with h5py.File(path, "r") as file:
-            about = json.loads(file.attrs["about"])
-            fields = {name: dataset[()] for name, dataset in file["grains"].items()}
-            contacts = ContactRows(*(file["contacts"][name][()] for name in ContactRows._fields))
-            expected = file.attrs["checksum"]
-        state = State(about, fields, contacts)
-        sound = isinstance(about, dict) and _checksum(state) == expected
+        return _read(path)
     except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError, MemoryError) as error:
-        raise CheckpointError(
-            f"checkpoint {path} cannot be read ({error}); it is cut, altered or no checkpoint of barchan. Use the one before it"
-        ) from None
-    if not sound:
-        raise CheckpointError(f"checkpoint {path}: its checksum is wrong; it was cut or altered. Use the one before it")
-    if about.get("format") != FORMAT:
-        raise CheckpointError(f"checkpoint {path} has format {about.get('format')!r}; this barchan reads format {FORMAT}")
-    return state
+        raise CheckpointError(_broken(path, " ".join(str(error).split())[:300])) from None
+
+
+def _broken(path, reason):
+    return f"checkpoint {path}: {reason}; it is cut, altered or no checkpoint of barchan. Use the one before it"
+
+
+def _read(path):
+    with atomic.reading_hdf5(path) as file:
+        about = json.loads(file.attrs["about"])
+        fields = _arrays(file, "grains", path.stat().st_size)
+        rows = _arrays(file, "contacts", path.stat().st_size)
+    contacts = ContactRows(*(rows[name] for name in ContactRows._fields))
+    if not isinstance(about, dict) or about.get("format") != FORMAT:
+        raise ValueError(f"it has another format than {FORMAT}, which this version of barchan reads")
+    fault = soundness.structure_fault(about, fields, contacts)
+    if fault:
+        raise ValueError(fault)
+    return State(about, fields, contacts)
+
+
+def _arrays(file, name, most):
+    """The arrays of a group, if they lie in the file as they were written: plain numbers, whole, and no more than it holds."""
+    group = _inside(file, name, h5py.Group)
+    datasets = {key: _inside(group, key, h5py.Dataset) for key in group}
+    for key, dataset in datasets.items():
+        elsewhere = dataset.shape is None or dataset.chunks or dataset.is_virtual or dataset.external
+        if elsewhere or dataset.dtype.kind not in "biufc" or dataset.nbytes > most:
+            raise ValueError(f"'{name}/{key}' is not stored as barchan stores it")
+    return {key: dataset[()] for key, dataset in datasets.items()}
+
+
+def _inside(group, name, kind):
+    """A member of a group that is no link to elsewhere."""
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink) or not isinstance(group[name], kind):
+        raise ValueError(f"'{name}' is missing or of another kind")
+    return group[name]
 
 
 def restore(sim, path):
@@ -166,38 +162,22 @@ def restore(sim, path):
         CheckpointError: the file is damaged, or belongs to another scene (the message names the first difference).
     """
     state = read_state(path)
-    about = state.about
-    now = _about(sim)
-    for what in ("law", "materials", "box"):
-        if json.dumps(now[what], sort_keys=True) != json.dumps(about[what], sort_keys=True):
-            raise CheckpointError(
-                f"checkpoint {path} belongs to another scene: its {what} is {about[what]}, here it is {now[what]}"
-            )
-    there, here = ([(wall["kind"], wall["material"]) for wall in walls] for walls in (about["walls"], now["walls"]))
-    if there != here:
-        raise CheckpointError(
-            f"checkpoint {path} has the walls (kind, material) {there}, here there are {here}; add the same "
-            f"walls in the same order before restoring"
-        )
-    if "hash" in about["gravity"] or callable(sim.gravity):
-        if about["gravity"] != now["gravity"]:
-            raise CheckpointError(
-                f"checkpoint {path}: gravity was {about['gravity']}, here it is {now['gravity']}; "
-                f"a changed function of time cannot continue the run"
-            )
-    else:
+    about, now = state.about, json.loads(json.dumps(_about(sim)))
+    difference = soundness.foreign(about, now)
+    if difference:
+        raise CheckpointError(f"checkpoint {path} belongs to another scene: {difference}")
+    fault = soundness.value_fault(state, now["walls"])
+    if fault:
+        raise CheckpointError(_broken(path, fault))
+    if not callable(sim.gravity):
         sim.gravity = tuple(about["gravity"]["value"])
-    for wall, wall_state in zip(sim.walls, about["walls"]):
+    for number, (wall, wall_state) in enumerate(zip(sim.walls, about["walls"])):
         wall.restore(wall_state)
+        wall.check(sim.box, f"checkpoint {path}: wall {number}")
+    known = {field.name for field in sim.grains.table}
     for field in about["user_fields"]:
-        own = next((f for f in sim.grains.table if f.name == field["name"]), None)
-        if own is None:
+        if field["name"] not in known:
             sim.add_field(field["name"], field["width"], field["dtype"], field["default"], field["dimension"])
-        elif (own.width, np.dtype(own.dtype).name) != (field["width"], field["dtype"]):
-            raise CheckpointError(
-                f"checkpoint {path}: field '{own.name}' is {field['width']} {field['dtype']} wide there, {own.width} "
-                f"{np.dtype(own.dtype).name} here"
-            )
     sim.load(state)
 
 

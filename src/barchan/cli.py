@@ -1,12 +1,26 @@
 """The command ``barchan``."""
 
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.core import TyperGroup
 
-from barchan.errors import BarchanError
+from barchan.errors import BarchanError, SceneError
+from barchan.report import Journal
+
+
+class ExperimentOrFile(TyperGroup):
+    """``run avalanche`` and ``run my.toml``: what ends in .toml goes to the command ``file``."""
+
+    def resolve_command(self, ctx, args):
+        """The command that the arguments mean."""
+        if args and args[0].endswith(".toml"):
+            args = ["file", *args]
+        return super().resolve_command(ctx, args)
+
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -14,37 +28,100 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Granular flow and bonded grains, from a laptop to a cluster.",
 )
-run_app = typer.Typer(no_args_is_help=True, help="Run an experiment.")
+run_app = typer.Typer(no_args_is_help=True, cls=ExperimentOrFile, help="Run an experiment, or a scene file: barchan run my.toml.")
 app.add_typer(run_app, name="run")
 
-
-def _say(text):
-    """A line for the user. On a terminal, lines of compilation replace each other."""
-    passing = sys.stderr.isatty() and "compiling" in text
-    typer.echo(("\r\x1b[K" if sys.stderr.isatty() else "") + text, err=True, nl=not passing)
+Threads = Annotated[int | None, typer.Option(min=1, help="threads; default all cores; the result is the same")]
+Out = Annotated[Path | None, typer.Option(help="directory of the run; default runs/<experiment>-<date>-<time>")]
+Resume = Annotated[Path | None, typer.Option(help="continue the run in this directory; its scene is used")]
+Set = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="any parameter, with its unit: radius_max=1.12mm")
+]
+CheckpointEvery = Annotated[int, typer.Option(min=1, help="steps between checkpoints")]
 
 
 @run_app.command()
 def avalanche(
-    grains: Annotated[int, typer.Option(help="grains that flow, about")] = 5000,
-    angle: Annotated[float, typer.Option(help="of the floor after the release [degrees]")] = 31.2,
-    duration: Annotated[float, typer.Option(help="simulated time after the release [s]")] = 0.2,
-    equilibrate: Annotated[float, typer.Option(help="simulated time before the release [s]")] = 0.05,
-    seed: Annotated[int, typer.Option(help="of the radii")] = 1,
-    threads: Annotated[int | None, typer.Option(help="threads; default all cores; the result is the same")] = None,
-    out: Annotated[Path, typer.Option(help="directory of the run")] = Path("runs/avalanche"),
-    resume: Annotated[Path | None, typer.Option(help="continue the run in this directory; its scene is used")] = None,
-    checkpoint_every: Annotated[int, typer.Option(min=1, help="steps between checkpoints")] = 5000,
+    grains: Annotated[str | None, typer.Option(help="about how many grains flow, in the same outline [7560]")] = None,
+    figure3: Annotated[bool, typer.Option("--figure3", help="the paper's Figure 3: 120,000 grains, 1.2 s; takes hours")] = False,
+    angle: Annotated[str | None, typer.Option(help="of the floor after the release [31.2 deg]")] = None,
+    duration: Annotated[str | None, typer.Option(help="simulated time after the release [0.7 s]")] = None,
+    equilibrate: Annotated[str | None, typer.Option(help="simulated time before the release [0.3 s]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of the radii [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 5000,
 ):
-    """A sand avalanche down an inclined plane (Walther & Sbalzarini 2009)."""
-    from barchan.experiments.avalanche import Avalanche
-    from barchan.experiments.session import run_avalanche
+    """A sand avalanche down an inclined plane (Walther & Sbalzarini 2009). Values may have units: --duration 600ms."""
+    from barchan.experiments import EXPERIMENTS
+    from barchan.experiments.avalanche.parameters import FIGURE_3
 
+    experiment = EXPERIMENTS["avalanche"]
+    given = {"angle": angle, "duration": duration, "equilibrate": equilibrate, "seed": seed}
+    flags = [f"{name}={value}" for name, value in given.items() if value is not None]
+    changes = _assignments(experiment, [*flags, *(set_ or [])])
     if resume is not None:
-        run_avalanche(None, resume, threads, checkpoint_every, _say)
-    else:
-        scene = Avalanche.make({"grains": grains, "angle": angle, "duration": duration, "equilibrate": equilibrate, "seed": seed})
-        run_avalanche(scene, out, threads, checkpoint_every, _say)
+        refused = [name for name, there in (("--grains", grains), ("--figure3", figure3), ("--out", out)) if there]
+        _resume(experiment, resume, changes, refused, _manner(threads, checkpoint_every))
+        return
+    scene = experiment.scene.make((FIGURE_3 if figure3 else {}) | changes)
+    if grains is not None:
+        if figure3 or "coarse_graining" in changes:
+            raise SceneError("--grains sets coarse_graining; give only one of --grains, --figure3 and --set coarse_graining=...")
+        scene = scene.with_grains(_whole_number("--grains", grains))
+    _start(experiment, scene, out, _manner(threads, checkpoint_every))
+
+
+@run_app.command(hidden=True)
+def file(path: Path, threads: Threads = None, out: Out = None, set_: Set = None, checkpoint_every: CheckpointEvery = 5000):
+    """Run the scene in a TOML file."""
+    experiment, scene = _read(path)
+    scene = experiment.scene.make(scene.model_dump() | _assignments(experiment, set_ or []))
+    _start(experiment, scene, out, _manner(threads, checkpoint_every))
+
+
+@app.command()
+def check(path: Path):
+    """Check a scene file, and say how large its run is; nothing is written. Exit code 2 if it cannot run."""
+    from barchan.experiments.session import prepared
+
+    experiment, scene = _read(path)
+    sim = prepared(experiment, scene, None, Journal())
+    steps = f"{experiment.stages(scene)[-1].end:,} steps of {sim.dt:.4g} s (stable: {sim.stable_dt:.4g} s)"
+    typer.echo(f"{path} is sound: {experiment.name}, {sim.grains.n:,} grains, {steps}")
+
+
+@app.command()
+def show(directory: Path):
+    """Print the summary of a run and draw its figures again, from its stored data."""
+    from barchan.experiments import summary
+
+    experiment, scene = _read(directory / "scene.toml")
+    summary.show(experiment, scene, directory, Journal())
+
+
+@app.command("list")
+def list_():
+    """List the experiments and the contact laws."""
+    from barchan.experiments import EXPERIMENTS
+    from barchan.laws import SHIPPED
+    from barchan.report import table
+
+    typer.echo("experiments (barchan run NAME):")
+    typer.echo("\n".join(table([(name, experiment.title) for name, experiment in EXPERIMENTS.items()])))
+    typer.echo("contact laws (barchan.laws.NAME):")
+    typer.echo("\n".join(table([(name, (law.__doc__ or "").strip().splitlines()[0]) for name, law in SHIPPED.items()])))
+
+
+@app.command()
+def selftest(threads: Threads = None):
+    """Check physics and bits on this machine: two minutes. Exit code 3 if a check fails."""
+    from barchan import selftest as checks
+
+    if not checks.run(typer.echo, threads):
+        raise typer.Exit(3)
 
 
 @app.command()
@@ -65,7 +142,7 @@ def compile():
     """Compile the loops of all laws now, so that no later start has to wait."""
     from barchan.warmup import compile_shipped
 
-    compile_shipped(_say)
+    compile_shipped(Journal().compiling)
 
 
 @app.command()
@@ -76,15 +153,71 @@ def version():
     typer.echo(VERSION)
 
 
+def _manner(threads, checkpoint_every):
+    from barchan.experiments.session import Manner
+
+    return Manner(threads, checkpoint_every)
+
+
+def _read(path):
+    """Experiment and scene of a scene file."""
+    from barchan.experiments import EXPERIMENTS
+    from barchan.scene import read_scene_file
+
+    name, scene = read_scene_file(path, {name: experiment.scene for name, experiment in EXPERIMENTS.items()})
+    return EXPERIMENTS[name], scene
+
+
+def _assignments(experiment, texts):
+    """Parameters from texts such as radius_max=1.12mm."""
+    from barchan.scene import parse_assignment
+
+    return dict(parse_assignment(text, experiment.scene) for text in texts)
+
+
+def _whole_number(flag, text):
+    try:
+        return int(text.replace(",", "").replace("_", ""))
+    except ValueError:
+        raise SceneError(f"{flag} = {text!r} must be a whole number") from None
+
+
+def _start(experiment, scene, out, manner):
+    from barchan.experiments import session
+
+    out = out or Path("runs") / f"{experiment.name}-{datetime.now():%Y%m%d-%H%M%S}"
+    session.start(experiment, scene, out, manner, Journal())
+
+
+def _resume(experiment, directory, changes, refused, manner):
+    """Continue a run; only parameters that extend it may change."""
+    from barchan.experiments import session
+
+    if not (directory / "scene.toml").is_file():
+        raise SceneError(f"nothing to resume in {directory}: it holds no scene.toml")
+    there, scene = _read(directory / "scene.toml")
+    if there is not experiment:
+        raise SceneError(
+            f"{directory} holds a run of '{there.name}'; resume it with: barchan run {there.name} --resume {directory}"
+        )
+    refused += [name for name in changes if name not in experiment.scene.extendable]
+    if refused:
+        raise SceneError(
+            f"--resume continues the scene in {directory}; {', '.join(refused)} cannot be changed, only "
+            f"{', '.join(experiment.scene.extendable)} can. Start a new run for another scene"
+        )
+    session.resume(experiment, experiment.scene.make(scene.model_dump() | changes), directory, manner, Journal())
+
+
 def main():
-    """Run the command; an expected error is one clear line and an exit code (2: bad input, 3: a failed run)."""
+    """Run the command; an expected error is one clear line and an exit code (2: bad input, 3: a failed run, 130: stopped)."""
     try:
         app()
     except BarchanError as error:
         typer.echo(f"barchan: {error}", err=True)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
-        typer.echo("barchan: interrupted; continue with --resume", err=True)
+        typer.echo("barchan: interrupted", err=True)
         sys.exit(130)
 
 

@@ -25,6 +25,10 @@ class CheckpointError(SceneError):
     """A checkpoint cannot be read, is damaged, or belongs to another scene."""
 
 
+class ResultError(SceneError):
+    """A file of results (a frame, a table) is missing, damaged, or was not written by barchan."""
+
+
 class RunError(BarchanError, RuntimeError):
     """A running simulation left the range in which its result means something."""
 
@@ -41,5 +45,15 @@ class OverlapError(RunError):
     """Two grains, or a grain and a wall, overlap by more than the scene allows."""
 
 
+class OutputError(RunError):
+    """Results cannot be written: full disk, no permission, or a file of another kind in their place."""
+
+
 class RankError(RunError):
     """Another rank failed; the message carries its rank and its error."""
+
+
+class Interrupted(BarchanError):
+    """A run was asked to stop, and did after a whole step; its state is sound and can be continued."""
+
+    exit_code = 130

@@ -1,9 +1,12 @@
 """Grains: one array per field; owned rows [0:n], ghost rows [n:n+g]."""
 
+from keyword import iskeyword
+
 import numpy as np
 
 from barchan.errors import SceneError
 from barchan.fields import DERIVED, PHYSICAL, TABLE, Field, block_layout
+from barchan.words import check_dimension, shown
 
 
 class Grains:
@@ -75,12 +78,23 @@ class Grains:
         return self.view(name)[np.argsort(self.view("id"), kind="stable")].copy()
 
     def take_edits(self):
-        """Names of the fields that users changed since they were handed out. Closes the views handed out so far."""
+        """Names of the fields that users changed since they were handed out. Closes the views handed out so far.
+
+        Grains whose radius or mass was changed, but not their inertia, get the inertia of a solid sphere.
+        """
         edited = [name for name, (view, before) in self._handed_out.items() if not np.array_equal(view, before, equal_nan=True)]
+        if "radius" in edited or "mass" in edited:
+            resized = (self._changed("radius") | self._changed("mass")) & ~self._changed("inertia")
+            self.view("inertia")[resized] = (0.4 * self.view("mass") * self.view("radius") ** 2)[resized]
         for view, _ in self._handed_out.values():
             view.flags.writeable = False
         self._handed_out.clear()
         return edited
+
+    def _changed(self, name):
+        """Rows in which users changed a field of numbers, since it was handed out."""
+        view, before = self._handed_out.get(name, (self.view(name), self.view(name)))
+        return view != before
 
     # -- storage, for the library ------------------------------------------------------------------------------------
 
@@ -119,9 +133,10 @@ class Grains:
 
     def add_field(self, name, width, dtype, default, dimension):
         """Give every grain one more field; it migrates and is saved like the built-in ones."""
-        if not name.isidentifier() or name in self._fields or name in self.__dict__ or hasattr(type(self), name):
-            raise SceneError(f"field '{name}': the name must be a new Python identifier")
-        new = Field(name, np.dtype(dtype).type, int(width), dimension, default, f"user_{name}")
+        word = isinstance(name, str) and name.isidentifier() and not iskeyword(name) and not name.startswith("_")
+        if not word or name in self._fields or name in self.__dict__ or hasattr(type(self), name):
+            raise SceneError(f"field {shown(name)}: the name must be a new Python identifier, no keyword, and not begin with _")
+        new = _user_field(name, width, dtype, default, dimension)
         self.table += (new,)
         self._fields[name] = new
         self._layout[new.block] = (new.dtype, new.width)
@@ -184,3 +199,33 @@ class Grains:
 def is_physical(names):
     """True if a change of any of these fields makes the present forces out of date."""
     return any(name in PHYSICAL for name in names)
+
+
+def _user_field(name, width, dtype, default, dimension):
+    """The table row of a user's field, checked."""
+    if not isinstance(width, (int, np.integer)) or isinstance(width, bool) or width < 1:
+        raise SceneError(f"field '{name}': width = {shown(width)} must be a whole number >= 1")
+    try:
+        kind = np.dtype(dtype)
+    except TypeError:
+        kind = np.dtype(object)
+    if kind.kind not in "biuf" or kind.itemsize > 8:
+        raise SceneError(
+            f"field '{name}': dtype = {shown(dtype)} must be a type of numbers, such as numpy.float64 or numpy.int32"
+        )
+    if not _fits(default, kind):
+        raise SceneError(f"field '{name}': default = {shown(default)} must be one finite number that fits {kind.name}")
+    check_dimension(f"field '{name}'", dimension)
+    return Field(name, kind.type, int(width), dimension, default, f"user_{name}")
+
+
+def _fits(number, kind):
+    """True if a finite number can be stored as that dtype: whole numbers exactly."""
+    if not isinstance(number, (bool, int, float, np.number, np.bool_)):
+        return False
+    try:
+        with np.errstate(over="ignore"):
+            stored = np.array(number).astype(kind)
+        return bool(np.isfinite(stored)) and (kind.kind == "f" or bool(stored == number))
+    except (TypeError, OverflowError):
+        return False

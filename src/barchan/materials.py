@@ -7,8 +7,11 @@ import numpy as np
 
 from barchan.errors import MaterialError
 from barchan.laws.law import Property
+from barchan.words import nearest, shown
 
 _DENSITY = Property("mass/length^3", above=True)
+_SHEAR_MODULUS = Property("force/length^2", above=True)
+_POISSON_RATIO = Property("1", minimum=-1.0, above=True, maximum=0.5)
 
 
 class Material:
@@ -38,10 +41,11 @@ class Material:
         derived = dict(self.given)
         if "shear_modulus" in derived and "youngs_modulus" not in derived:
             where = f"material '{self.name}'"
-            shear = Property("force/length^2", above=True).check("shear_modulus", derived.pop("shear_modulus"), where)
+            shear = _SHEAR_MODULUS.check("shear_modulus", derived.pop("shear_modulus"), where)
             if "poisson_ratio" not in derived:
                 raise MaterialError(f"{where}: shear_modulus needs poisson_ratio beside it")
-            derived["youngs_modulus"] = 2.0 * shear * (1.0 + float(derived["poisson_ratio"]))
+            ratio = _POISSON_RATIO.check("poisson_ratio", derived["poisson_ratio"], where)
+            derived["youngs_modulus"] = 2.0 * shear * (1.0 + ratio)
         return derived
 
     def __repr__(self):
@@ -63,7 +67,7 @@ class Materials:
     def __init__(self, materials):
         given = materials if isinstance(materials, (list, tuple)) else [materials]
         if not all(isinstance(material, Material) for material in given):
-            raise MaterialError(f"materials = {materials!r} must be a barchan.Material or a list of them")
+            raise MaterialError(f"materials = {shown(materials)} must be a barchan.Material or a list of them")
         self.list = list(given)
         self.pairs = {}
         names = [material.name for material in self.list]
@@ -85,7 +89,7 @@ class Materials:
             return names.index(name)
         if isinstance(name, (int, np.integer)) and not isinstance(name, bool) and 0 <= name < len(names):
             return int(name)
-        raise MaterialError(f"no material {name!r} in this scene; there are: {', '.join(names)}")
+        raise MaterialError(f"no material {shown(name)} in this scene; there are: {', '.join(names)}")
 
     def set_pair(self, first, second, **properties):
         """Values that hold for this pair only, in place of the mixed ones.
@@ -109,9 +113,9 @@ class Materials:
 
     @staticmethod
     def _check(law, given, where):
-        unknown = [name for name in given if name not in law.properties]
-        if unknown:
-            raise MaterialError(f"{where}: law '{law.name}' knows no property {unknown}; it knows: {', '.join(law.properties)}")
+        for name in given:
+            if name not in law.properties:
+                raise MaterialError(f"{where}: law '{law.name}' knows no property '{name}'; {nearest(name, law.properties)}")
 
     def table(self, law):
         """Pair parameters of a law, shape (parameters, materials^2); column a * materials + b is the pair (a, b).
@@ -125,7 +129,8 @@ class Materials:
         for a, b in combinations_with_replacement(range(size), 2):
             own = self.pairs.get((a, b), {})
             first, second = (dict(self.list[m].properties, **own) for m in (a, b))
-            where = f"materials '{self.list[a].name}' and '{self.list[b].name}'"
+            names = self.list[a].name, self.list[b].name
+            where = f"material '{names[0]}'" if a == b else f"materials '{names[0]}' and '{names[1]}'"
             values = law.pair_parameters(first, second, where)
             table[: len(values), a * size + b] = table[: len(values), b * size + a] = values
         return table

@@ -1,6 +1,7 @@
 """Checks before a run starts: bad input never starts one. And the search for the culprit when a run must stop."""
 
-from math import sqrt
+import os
+from math import isfinite, sqrt
 
 import numpy as np
 
@@ -10,40 +11,81 @@ from barchan.measure import contact_table
 #: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
 _TYPICAL = 0.05
 
+#: Memory of a grain with its contacts, measured on the avalanche of 125,000 grains with 2.4 contacts a grain.
+_BYTES_PER_GRAIN = 1700
+
 #: dt <= 0.17 sqrt(m/k): O'Sullivan & Bray 2004 (Engineering Computations 21, 278), spheres in three dimensions.
 _SAFE = 0.17
 
 
+def equal_contact(radius, mass, overlap):
+    """Quantities of a contact at rest of two equal grains, by the names of ``laws.law.QUANTITIES``."""
+    return {
+        "overlap": overlap,
+        "distance": 2.0 * radius - overlap,
+        "normal": (1.0, 0.0, 0.0),
+        "normal_half": (1.0, 0.0, 0.0),
+        "normal_velocity": 0.0,
+        "tangential_velocity": (0.0, 0.0, 0.0),
+        "slip_velocity_half": (0.0, 0.0, 0.0),
+        "radius_first": radius,
+        "radius_second": radius,
+        "radius_eff": 0.5 * radius,
+        "mass_eff": 0.5 * mass,
+        "dt": 0.0,
+    }
+
+
+def evaluate(law, parameters, values):
+    """The plain function of a law on one contact, with numbers that divide by zero as compiled ones do: inf, no exception.
+
+    Args:
+        parameters: of the pair of materials, in the order of ``law.parameters``.
+        values: quantities and history of the contact by name; what the law does not read is left out, and history that is
+            missing is 0.
+
+    Raises:
+        LawError: the law fails, or does not return what a law must.
+    """
+    names = (*law.quantities, *law.history)
+    contact = {name: values.get(name, (0.0, 0.0, 0.0) if law.history.get(name) == 3 else 0.0) for name in names}
+    given = contact | dict(zip(law.parameters, parameters))
+    try:
+        with np.errstate(all="ignore"):
+            result = law(**{name: _as_compiled(value) for name, value in given.items()})
+    except Exception as error:  # whatever a user's function stumbles over
+        where = ", ".join(f"{name} = {value}" for name, value in contact.items())
+        raise LawError(f"law '{law.name}' fails with {type(error).__name__}: {error}, on a contact with {where}") from error
+    if not isinstance(result, tuple) or [_width(part) for part in result] != [1, 3, *law.history.values()]:
+        raise LawError(
+            f"law '{law.name}' must return {', '.join(['normal_force', 'tangential_force', *law.history])}; got {result!r} "
+            f"(the first is a number, the second a tuple of three, history as wide as declared)"
+        )
+    return result
+
+
+def _as_compiled(value):
+    return tuple(map(np.float64, value)) if isinstance(value, tuple) else np.float64(value)
+
+
+def _width(part):
+    """1 for a number, 3 for a tuple of three numbers, None for anything else."""
+    if isinstance(part, tuple):
+        return 3 if [_width(x) for x in part] == [1, 1, 1] else None
+    return 1 if isinstance(part, (bool, int, float, np.number)) and not isinstance(part, np.complexfloating) else None
+
+
 def stiffness(law, parameters, radius, mass, overlap):
-    """Normal stiffness of a contact of two equal grains, by finite difference of the law [force/length]."""
+    """Normal stiffness of a contact of two equal grains, by finite difference of the law [force/length].
 
-    def force(depth):
-        values = {
-            "overlap": depth,
-            "distance": 2.0 * radius - depth,
-            "normal": (1.0, 0.0, 0.0),
-            "normal_half": (1.0, 0.0, 0.0),
-            "normal_velocity": 0.0,
-            "tangential_velocity": (0.0, 0.0, 0.0),
-            "slip_velocity_half": (0.0, 0.0, 0.0),
-            "radius_first": radius,
-            "radius_second": radius,
-            "radius_eff": 0.5 * radius,
-            "mass_eff": 0.5 * mass,
-            "dt": 0.0,
-        }
-        values = {name: values[name] for name in law.quantities}
-        values |= dict(zip(law.parameters, parameters))
-        values |= {name: (0.0, 0.0, 0.0) if width == 3 else 0.0 for name, width in law.history.items()}
-        result = law(**values)
-        if not isinstance(result, tuple) or len(result) != 2 + len(law.history):
-            raise LawError(
-                f"law '{law.name}' must return {', '.join(['normal_force', 'tangential_force', *law.history])}; got {result!r}"
-            )
-        return result[0]
-
+    Raises:
+        LawError: the law fails, does not return what it must, or is not finite there.
+    """
     step = 1e-4 * overlap
-    return (force(overlap + step) - force(overlap - step)) / (2.0 * step)
+    low, high = (evaluate(law, parameters, equal_contact(radius, mass, overlap + s))[0] for s in (-step, step))
+    if not (isfinite(low) and isfinite(high)):
+        raise LawError(f"law '{law.name}': its normal force at rest, overlap {overlap:g} [length], dt 0, is {low:g}, not finite")
+    return (high - low) / (2.0 * step)
 
 
 def stable_time_step(law, table, grains, n_materials):
@@ -82,6 +124,16 @@ def check_settings(sim):
             raise SceneError(f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0")
 
 
+def check_prepared(what, *ready):
+    """Refuse a part of a step for which nothing is ready.
+
+    Raises:
+        SceneError: one of ``ready`` is None or False.
+    """
+    if not all(ready):
+        raise SceneError(f"{what}(): the scene is new or was changed; call prepare() first, or run(steps), which does all")
+
+
 def check_count(what, value, least):
     """Refuse what is no whole number of at least ``least``.
 
@@ -90,6 +142,20 @@ def check_count(what, value, least):
     """
     if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
         raise SceneError(f"{what} = {value!r} must be a whole number >= {least}")
+
+
+def check_memory(count):
+    """Refuse more grains than the memory of this machine can hold.
+
+    Raises:
+        SceneError: naming what is needed and what is there.
+    """
+    there, needed = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), count * _BYTES_PER_GRAIN
+    if needed > there:
+        raise SceneError(
+            f"{count:,} grains need about {needed / 1e9:,.0f} GB of memory; this machine has {there / 1e9:,.0f} GB. "
+            f"Use fewer grains"
+        )
 
 
 def fault(sim):

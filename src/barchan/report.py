@@ -2,61 +2,122 @@
 
 import sys
 import time
+from datetime import datetime
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
+
+#: Seconds between plain lines of progress: the first ones, and in long runs.
+FIRST_LINES, LATER_LINES = 5.0, 60.0
+
+
+class Journal:
+    """Tells the user, and keeps in a log file what was told.
+
+    Args:
+        path: of the log; appended to. None: there is no log (yet).
+    """
+
+    def __init__(self, path=None, stream=None):
+        self.console = Console(file=stream or sys.stderr, highlight=False, markup=False, soft_wrap=True)
+        self._log, self._passing = None, False
+        if path is not None:
+            self.keep(path)
+
+    def keep(self, path):
+        """From now on, keep a log in the file ``path``."""
+        self._log = open(path, "a")
+
+    def say(self, text, passing=False):
+        """A line for the user; on a terminal the next line takes the place of one that is ``passing``."""
+        on_terminal = self.console.is_terminal
+        if on_terminal and self._passing:
+            self.console.file.write("\r\x1b[K")
+        self._passing = passing
+        self.console.print(text, end="" if on_terminal and passing else "\n")
+        self.note(text)
+
+    def compiling(self, text):
+        """A line about a kernel that is being compiled, or the last of them."""
+        self.say(text, passing="compiling" in text)
+
+    def note(self, text):
+        """A line for the log only."""
+        if self._log is not None:
+            self._log.write(f"{datetime.now().isoformat(timespec='seconds')}  {text}\n")
+            self._log.flush()
+
+    def close(self):
+        """End the log."""
+        if self._log is not None:
+            self._log.close()
+            self._log = None
 
 
 class ProgressLine:
     """One line that tells phase, step, simulated time, speed and time left; plain lines where there is no terminal.
 
-    Used as a writer of a simulation: it is due at every ``stride``-th step and keeps the stride near twice a second.
+    Used as a writer of a simulation.
+
+    Args:
+        phases: list of (name, step at which it ends), in order.
+        first: step at which this run begins.
+        journal: where plain lines go.
     """
 
-    def __init__(self, phase, steps, stream=None):
-        self.phase, self.steps, self.done = phase, steps, 0
-        self.console = Console(file=stream or sys.stderr)
-        self.began = self.last_shown = time.monotonic()
+    def __init__(self, phases, first, journal):
+        self.phases, self.first, self.last, self.journal = phases, first, phases[-1][1], journal
+        self.began = self.last_shown = self._last_line = time.monotonic()
+        self.recent = (self.began, first)
         self._bar = self._task = None
-        if self.console.is_terminal:
-            columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[text]}"))
-            self._bar = Progress(*columns, console=self.console, transient=False)
-            self._task = self._bar.add_task(phase, total=steps, text="")
+        if journal.console.is_terminal:
+            columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TextColumn("{task.fields[text]}"))
+            self._bar = Progress(*columns, console=journal.console, transient=True)
+            self._task = self._bar.add_task(phases[0][0], total=max(self.last - first, 1), text="")
             self._bar.start()
 
     def due(self, step):
-        """Every step is counted; few are shown."""
-        self.done += 1
-        interval = 0.2 if self._bar else 5.0
-        return self.done == self.steps or (self.done % 16 == 0 and time.monotonic() - self.last_shown > interval)
+        """Looked at every 16 steps; shown a few times a second on a terminal, rarely as plain lines."""
+        if step % 16 and step != self.last:
+            return False
+        now = time.monotonic()
+        pause = 0.2 if self._bar else min(max(FIRST_LINES, 0.05 * (now - self.began)), LATER_LINES)
+        return step == self.last or now - self.last_shown > pause
 
     def write(self, sim):
         """Show the present state."""
-        now = time.monotonic()
+        now, step = time.monotonic(), sim.step_number
         self.last_shown = now
         if sim.comm.rank:
             return
-        rate = self.done / max(now - self.began, 1e-9)
-        left = (self.steps - self.done) / rate
+        then, step_then = self.recent
+        rate = (step - step_then) / max(now - then, 1e-9)
+        if now - then > 10.0:
+            self.recent = (now, step)
+        phase = next((name for name, end in self.phases if step <= end), self.phases[-1][0])
         text = (
-            f"step {sim.step_number:,}  t = {sim.time:.4g}  {rate:,.0f} steps/s  {rate * sim.grains.n:.3g} grain-steps/s  "
-            f"{_clock(left)} left"
+            f"step {step:,}/{self.last:,}  t = {sim.time:.4f}  {rate:,.0f} steps/s  {rate * sim.grains.n:.3g} grain-steps/s  "
+            f"{clock((self.last - step) / max(rate, 1e-9))} left"
         )
-        if self._bar:
-            self._bar.update(self._task, completed=self.done, text=text)
+        line = f"{phase}: {100 * (step - self.first) / max(self.last - self.first, 1):3.0f} %  {text}"
+        if self._bar is None:
+            self.journal.say(line)
         else:
-            self.console.print(f"{self.phase}: {100 * self.done / self.steps:3.0f} %  {text}", soft_wrap=True, highlight=False)
+            self._bar.update(self._task, description=phase, completed=step - self.first, text=text)
+            if now - self._last_line > LATER_LINES:
+                self._last_line = now
+                self.journal.note(line)
 
     def close(self):
-        """Leave the line as it is."""
+        """Take the line away."""
         if self._bar:
             self._bar.stop()
 
 
-def _clock(seconds):
+def clock(seconds):
     """Seconds as h:mm:ss or m:ss.
 
-    >>> _clock(3725), _clock(65)
+    >>> clock(3725), clock(65)
     ('1:02:05', '1:05')
     """
     minutes, rest = divmod(int(seconds), 60)
@@ -64,14 +125,11 @@ def _clock(seconds):
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-def summary(sim):
-    """Lines that end a run: what was computed, and how the neighbour list fared."""
-    watch = sim.staleness
-    mean = watch.total / watch.rebuilds if watch.rebuilds else float("nan")
-    bound = f"{watch.bound_13:.1f}" if watch.bound_13 < float("inf") else "no motion"
-    return [
-        f"step {sim.step_number:,}, t = {sim.time:.6g}, {sim.grains.n:,} grains, {sim.touching:,} contacts",
-        f"neighbour list: {watch.rebuilds} rebuilds, every {mean:.1f} steps on average, shortest {watch.shortest:.0f}; "
-        f"equation (13) allows {bound} steps at the largest speed seen",
-        f"contacts above 5 % overlap: {sim.large_overlaps:,} (counted each step)",
-    ]
+def table(rows, indent="  "):
+    """Rows of texts as aligned columns, one line each.
+
+    >>> table([("a", "1 m"), ("long", "2 m")])
+    ['  a     1 m', '  long  2 m']
+    """
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))] if rows else []
+    return [indent + "  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]

@@ -3,8 +3,9 @@
 import fcntl
 from pathlib import Path
 
-from barchan.checkpoint import newest_sound, restore
+from barchan.checkpoint import all_checkpoints, newest_sound, restore
 from barchan.errors import SceneError
+from barchan.scene import read_scene_file, write_scene_file
 
 
 class RunDirectory:
@@ -30,36 +31,54 @@ class RunDirectory:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise SceneError(f"run directory {self.path} is in use by another run; wait for it or choose another --out") from None
-        for unfinished in (*self.path.glob(".*.partial"), *self.checkpoints.glob(".*.partial")):
+        for unfinished in self.path.rglob(".*.partial"):
             unfinished.unlink(missing_ok=True)  # left by a run that was killed while it wrote
 
     @property
     def scene_file(self):
         """Where the scene is kept."""
-        return self.path / "scene.json"
+        return self.path / "scene.toml"
 
     @property
     def checkpoints(self):
         """Where the checkpoints are kept."""
         return self.path / "checkpoints"
 
-    def claim(self, scene):
+    @property
+    def record(self):
+        """Where the record of how the run went is kept."""
+        return self.path / "record.json"
+
+    @property
+    def has_checkpoints(self):
+        """True if a run has got somewhere in here."""
+        return bool(all_checkpoints(self.checkpoints))
+
+    def claim(self, experiment, scene, ran_with):
         """Write the scene, or find the same one there.
 
+        Args:
+            experiment: its name.
+            scene: its ``Scene``.
+            ran_with: versions: name -> text or number.
+
         Raises:
-            SceneError: the directory holds another scene.
+            SceneError: the directory holds another scene, or cannot be written.
         """
         if self.scene_file.exists():
-            there = type(scene).read(self.scene_file)
+            _, there = read_scene_file(self.scene_file, {experiment: type(scene)})
             if there != scene:
-                changed = [n for n in type(scene).model_fields if getattr(there, n) != getattr(scene, n)]
                 raise SceneError(
-                    f"run directory {self.path} holds another scene (it differs in {', '.join(changed)}). "
+                    f"run directory {self.path} holds another scene: {'; '.join(there.differences(scene))}. "
                     f"Use --resume {self.path} to continue that one, or choose another --out"
                 )
-            return
+        else:
+            self.rewrite(experiment, scene, ran_with)
+
+    def rewrite(self, experiment, scene, ran_with):
+        """Write the scene, over the one that is there. Takes and raises what ``claim`` does."""
         try:
-            scene.write(self.scene_file)
+            write_scene_file(self.scene_file, experiment, scene, ran_with)
         except OSError as error:
             raise SceneError(f"run directory {self.path} cannot be written: {error}") from None
 

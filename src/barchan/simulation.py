@@ -11,7 +11,7 @@ import numpy as np
 
 from barchan import preflight
 from barchan.assembly import Assembly
-from barchan.errors import SceneError
+from barchan.errors import Interrupted, SceneError
 from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
@@ -20,6 +20,7 @@ from barchan.neighbors.staleness import Staleness
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
 from barchan.parallel.migrate import migrate
+from barchan.stopwatch import Stopwatch
 
 #: Overlap, relative to the smaller diameter, above which contacts are counted and the user is warned once.
 ALLOWED_OVERLAP = 0.05
@@ -41,7 +42,9 @@ class Simulation(Assembly):
         comm: communicator; default: whatever this program was started with.
 
     Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
-    ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``.
+    ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``. At any
+    moment, also from a signal handler: ``stop_requested`` = True ends the run after the step at hand. ``clock`` knows where
+    the time goes.
 
     Raises:
         SceneError: an argument cannot be used.
@@ -59,7 +62,9 @@ class Simulation(Assembly):
         self.notes = {}
         self.touching = self.large_overlaps = 0
         self.staleness, self.ghosts = Staleness(), Ghosts(self.comm, self.topology)
-        self._fault = self._loops = self._table = self._checked_dt = self._list_skin = None
+        self.clock, self.stop_requested, self._stopping = Stopwatch(), False, False
+        self._fault = self._loops = self._table = self._checked_dt = self._list_skin = self.stable_dt = None
+        self._complete = True
 
     # -- the algorithm -----------------------------------------------------------------------------------------------
 
@@ -68,33 +73,44 @@ class Simulation(Assembly):
 
         Raises:
             SceneError: the scene cannot be run; nothing was advanced.
-            RunError: the run had to stop; the state is that of the step named in the message.
+            RunError: the run had to stop; the state is that of the step named in the message, or moved on by one drift.
+            Interrupted: ``stop_requested`` was set; the step at hand was finished.
         """
         preflight.check_count("run: steps", steps, least=0)
         self.prepare()
         for _ in range(steps):
             self.step()
+            if self._stopping:
+                self._break_off()
         self._agree_on_faults()
 
     def step(self):
-        """One step of the leap-frog, equations (1) to (12)."""
+        """One step of the leap-frog, equations (1) to (12). Needs ``prepare``, which ``run`` calls."""
+        preflight.check_prepared("step", self._loops, self._primed)
         use_threads(self.threads, self.grains.n)
+        self.clock.start()
         motion = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
             wall.move(self.dt)  # walls: n -> n+1
         self.step_number += 1
         self.time += self.dt
+        self.clock.lap("motion")
         self._act()  # grains added, removed or changed at n+1
+        self.clock.lap("actions")
         if self._is_stale(motion):
             self.rebuild()
         else:
             self.ghosts.update(self.grains, self.law.reads)
+        self.clock.lap("neighbours")
         self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
         self._primed = True
+        self.clock.lap("forces")
         self._write()
+        self.clock.lap("output")
 
     def rebuild(self):
-        """Find the neighbours anew. Writes no physical field."""
+        """Find the neighbours anew. Writes no physical field. Needs ``prepare``, as ``step`` does."""
+        preflight.check_prepared("rebuild", self._loops)
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
         self._take_down_list(on_both=self.comm.size > 1)  # memory to rows; ghosts dropped
@@ -109,7 +125,8 @@ class Simulation(Assembly):
         self._listed, self._rows = True, None
 
     def compute_forces(self, dt):
-        """Forces at the present positions; contact memory advances by ``dt`` (0: not at all)."""
+        """Forces at the present positions; contact memory advances by ``dt`` (0: not at all). Needs ``prepare``."""
+        preflight.check_prepared("compute_forces", self._loops, self._listed)
         grains, contacts = self.grains, self.contacts
         state = (
             grains.block("place", True),
@@ -199,6 +216,11 @@ class Simulation(Assembly):
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
         self.large_overlaps = int(state.about["large_overlaps"]) if self.comm.rank == 0 else 0
 
+    @property
+    def present_gravity(self):
+        """Gravity at the present time, three numbers [length/time^2]."""
+        return Gravity(self.gravity).at(self.time)
+
     # -- its parts ---------------------------------------------------------------------------------------------------
 
     def _kick_drift_wrap(self):
@@ -224,7 +246,8 @@ class Simulation(Assembly):
             self._fault = preflight.bad_grain(self)
         travels = [wall.point - then for wall, then in zip(self.walls, self._walls_then)] if self._listed else []
         farthest = max([farthest, *(float((travel**2).sum()) for travel in travels)])
-        farthest, fastest, fault = self.comm.maximum([farthest, fastest, float(self._fault is not None)])
+        wishes = float(self._fault is not None), float(self.stop_requested)
+        farthest, fastest, fault, self._stopping = self.comm.maximum([farthest, fastest, *wishes])
         if fault:
             self._stop()
         self.staleness.note_speed(sqrt(fastest), self._list_skin, self.dt)
@@ -261,8 +284,14 @@ class Simulation(Assembly):
             self._stop()
 
     def _stop(self):
-        fault, self._fault = self._fault, None
+        fault, self._fault, self._primed = self._fault, None, False  # in the middle of a step: forces are those of the last one
         raise_together(self.comm, fault)
+
+    def _break_off(self):
+        """End the run between two steps, on all ranks."""
+        self._stopping = self.stop_requested = False
+        self._agree_on_faults()
+        raise Interrupted(f"stopped at step {self.step_number}, t = {self.time:.6g}")
 
     def _act(self):
         """Actions that are due; what they wrote or added is checked, and honoured in this step."""
@@ -315,7 +344,8 @@ class Simulation(Assembly):
             self._list_skin = skin
         if self.check_dt and not (self._primed and self._checked_dt == self.dt):
             stable = preflight.stable_time_step(self.law, table, self.grains, len(self.materials))
-            preflight.check_time_step(self, -float(self.comm.maximum([-stable])[0]))
+            self.stable_dt = -float(self.comm.maximum([-stable])[0])
+            preflight.check_time_step(self, self.stable_dt)
             self._checked_dt = self.dt
 
     def _largest_radius(self):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+import barchan as bc
 from barchan.measure import contact_table
 
 DRIVER = Path(__file__).with_name("lammps_driver.py")
@@ -22,6 +23,16 @@ units lj
 atom_style sphere
 newton off
 comm_modify vel yes
+"""
+
+#: End of a script: the state at the start, after 1 and after 20 steps.
+SNAPSHOTS = """
+run 0
+snapshot start
+run 1 pre no
+snapshot one
+run 19 pre no
+snapshot twenty
 """
 
 
@@ -85,6 +96,18 @@ def write_data(path, low, high, position, radius, density, velocity, omega, kind
         f"grains\n\n{count} atoms\n{kind.max()} atom types\n\n{edges}\nAtoms # sphere\n\n{atoms}\nVelocities\n\n{motion}",
         encoding="utf-8",
     )
+
+
+def layer(law, materials, dt, gravity, high, floor=0):
+    """An empty simulation from z = -1 to the corner ``high``, periodic along x and y.
+
+    Args:
+        floor: material of the plane z = 0; None: no plane.
+    """
+    sim = bc.Simulation(bc.Box((0, 0, -1), high, periodic=(True, True, False)), law, materials, dt, gravity=gravity)
+    if floor is not None:
+        sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1), material=floor))
+    return sim
 
 
 def start_like_lammps(sim, ids, snapshot):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lammps_peer import TOLERANCE, deviations, run_lammps, share_folder
+from lammps_peer import TOLERANCE, deviations, layer, run_lammps, share_folder
 
 import barchan as bc
 
@@ -34,13 +34,8 @@ def chute():
     assert len(kind) == 32_000 and set(density) == {1.0}
     slope = np.radians(26.0)
     material = bc.Material("grain", density=1.0, kn=2e5, kt=2.0 / 7.0 * 2e5, gamma_n=50.0, gamma_t=0.0, friction=0.5)
-    sim = bc.Simulation(
-        bc.Box((0, 0, -1), (40, 20, 60), periodic=(True, True, False)),
-        bc.laws.linear_standard,
-        material,
-        1e-4,
-        gravity=(np.sin(slope), 0.0, -np.cos(slope)),
-    )
+    gravity = (np.sin(slope), 0.0, -np.cos(slope))
+    sim = layer(bc.laws.linear_standard, material, 1e-4, gravity, (40, 20, 60), floor=None)
     ids = sim.add_grains(position, 0.5 * diameter, velocity=velocity, omega=omega, frozen=kind == 2)
     sim.start_at_full_step()
     return sim, ids

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lammps_peer import HEAD, TOLERANCE, contacts_of, deviations, run_lammps, start_like_lammps, write_data
+from lammps_peer import HEAD, SNAPSHOTS, TOLERANCE, contacts_of, deviations, layer, run_lammps, start_like_lammps, write_data
 
 import barchan as bc
 
@@ -29,13 +29,7 @@ fix 1 all gravity 1.0 chute {ANGLE}
 fix 2 all wall/gran granular hertz {KN} {GAMMA_N} tangential mindlin {KT:.17g} {GAMMA_T / GAMMA_N} {FRICTION} &
  damping viscoelastic zplane 0.0 NULL
 fix 3 all nve/sphere
-run 0
-snapshot start
-run 1 pre no
-snapshot one
-run 19 pre no
-snapshot twenty
-"""
+{SNAPSHOTS}"""
 
 
 def sliding_on_the_dashpot(sim):
@@ -63,14 +57,7 @@ def test_dense_flow_equals_lammps_after_1_and_20_steps(tmp_path):
 
     material = bc.Material("grain", kn=KN, kt=KT, gamma_n=GAMMA_N, gamma_t=GAMMA_T, friction=FRICTION)
     slope = np.radians(ANGLE)
-    sim = bc.Simulation(
-        bc.Box((0, 0, -1), (side, side, 60), periodic=(True, True, False)),
-        bc.laws.hertz_standard,
-        material,
-        DT,
-        gravity=(np.sin(slope), 0.0, -np.cos(slope)),
-    )
-    sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
+    sim = layer(bc.laws.hertz_standard, material, DT, (np.sin(slope), 0.0, -np.cos(slope)), (side, side, 60))
     ids = sim.add_grains(position, radius, velocity=velocity, omega=omega, mass=4.0 / 3.0 * np.pi * radius**3 * density)
 
     sim.prepare()

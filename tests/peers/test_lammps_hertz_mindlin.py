@@ -22,10 +22,12 @@ import numpy as np
 import pytest
 from lammps_peer import (
     HEAD,
+    SNAPSHOTS,
     TOLERANCE,
     contacts_of,
     dense_packing,
     deviations,
+    layer,
     run_lammps,
     start_like_lammps,
     torque_with_half_overlap_arms,
@@ -148,13 +150,7 @@ timestep {DT}
 fix 1 all gravity 1.0 vector 0 0 -1
 fix 2 all wall/gran granular {own[0]} zplane 0.0 NULL
 fix 3 all nve/sphere
-run 0
-snapshot start
-run 1 pre no
-snapshot one
-run 19 pre no
-snapshot twenty
-""",
+{SNAPSHOTS}""",
         ]
     )
 
@@ -171,21 +167,9 @@ class Scene:
         velocity, omega = rng.normal(0.0, 0.5, (COUNT, 3)), rng.normal(0.0, 1.0, (COUNT, 3))
         write_data(folder / "two.data", (0, 0, -1), (SIDE, SIDE, 20), position, radius, DENSITY, velocity, omega, kind + 1)
         self.lammps = run_lammps(lammps_script(mixing, tangential, alpha is not None), folder)
-        self.sim = bc.Simulation(
-            bc.Box((0, 0, -1), (SIDE, SIDE, 20), periodic=(True, True, False)),
-            law,
-            self.materials(mixing, alpha),
-            DT,
-            gravity=(0.0, 0.0, -1.0),
-        )
+        self.sim = layer(law, self.materials(mixing, alpha), DT, (0.0, 0.0, -1.0), (SIDE, SIDE, 20), floor="floor")
         self.set_pairs(mixing, alpha)
-        self.sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1), material="floor"))
-        self.ids = np.empty(COUNT, dtype=np.int64)
-        for m in (0, 1):
-            mine = kind == m
-            self.ids[mine] = self.sim.add_grains(
-                position[mine], radius[mine], material=m, velocity=velocity[mine], omega=omega[mine]
-            )
+        self.ids = self.sim.add_grains(position, radius, kind, velocity, omega)
         start_like_lammps(self.sim, self.ids, self.lammps["start"])
 
     @staticmethod

@@ -1,7 +1,7 @@
 """The paper's law in the standard scheme, ``silbert_standard``, against LAMMPS ``gran/hertz/history``."""
 
 import numpy as np
-from lammps_peer import HEAD, TOLERANCE, dense_packing, deviations, run_lammps, start_like_lammps, write_data
+from lammps_peer import HEAD, SNAPSHOTS, TOLERANCE, dense_packing, deviations, layer, run_lammps, start_like_lammps, write_data
 
 import barchan as bc
 
@@ -39,29 +39,16 @@ fix 1 all gravity 1.0 vector 0 0 -1
 fix 2 all wall/gran granular hertz {wall * KN:.17g} {wall * GAMMA_N:.17g} &
  tangential mindlin {wall * KT:.17g} {GAMMA_T / GAMMA_N} {FRICTION} damping viscoelastic zplane 0.0 NULL
 fix 3 all nve/sphere
-run 0
-snapshot start
-run 1 pre no
-snapshot one
-run 19 pre no
-snapshot twenty
-""",
+{SNAPSHOTS}""",
         tmp_path,
     )
 
     material = bc.Material("grain", density=DENSITY, kn=KN, kt=KT, gamma_n=GAMMA_N, gamma_t=GAMMA_T, friction=FRICTION)
-    sim = bc.Simulation(
-        bc.Box((0, 0, -1), (SIDE, SIDE, 30), periodic=(True, True, False)),
-        bc.laws.silbert_standard,
-        material,
-        DT,
-        gravity=(0.0, 0.0, -1.0),
-    )
-    floor = sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
+    sim = layer(bc.laws.silbert_standard, material, DT, (0.0, 0.0, -1.0), (SIDE, SIDE, 30))
     ids = sim.add_grains(position, radius, velocity=velocity, omega=omega)
     start_like_lammps(sim, ids, lammps["start"])
     sim.run(1)
-    assert sim.touching > 400 and abs(bc.measure.wall_force(sim, -1 - floor.key)[2]) > 0.0
+    assert sim.touching > 400 and abs(bc.measure.wall_force(sim, 0)[2]) > 0.0
     assert max(deviations(sim, ids, lammps["one"])) < TOLERANCE
     sim.run(19)
     assert max(deviations(sim, ids, lammps["twenty"])) < TOLERANCE

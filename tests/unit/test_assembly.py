@@ -156,7 +156,12 @@ def test_ids_that_are_refused_are_refused_on_all_ranks_only_if_no_rank_has_them(
         ({"position": [[[1, 1, 1]]]}, r"position has shape \(1, 1, 3\)"),
         ({"radius": [0.5, 0.4, 0.3]}, r"radius = \[0.5, 0.4, 0.3\] does not fit 2 grains"),
         ({"velocity": [1.0, 2.0]}, r"velocity = \[1.0, 2.0\] does not fit 2 grains"),
-        ({"colour": 3}, "no field 'colour'; there are: position, "),
+        ({"colour": 3}, "no field 'colour'; known are: position, "),
+        ({"masss": 3}, r"no field 'masss'; did you mean 'mass'\?"),
+        ({"radius": np.linspace(0.1, 0.2, 500)}, r"radius = array\(\[.{60,80}\.\.\. does not fit 2 grains"),
+        ({"material": ["a", "b"]}, "no material 'b' in this scene; there are: a"),
+        ({"material": ["a"] * 3}, r"material = \[0, 0, 0\] does not fit 2 grains"),
+        ({"material": [["a", "a"]]}, r"material = \[\['a', 'a'\]\] must be a name, a number, or one for each grain"),
         ({"mass": "heavy"}, "mass = 'heavy' does not fit"),
         ({"id": [7, 7]}, "id"),
     ],
@@ -226,3 +231,46 @@ def test_order_of_adding_does_not_matter_but_for_the_ids():
         return fingerprint(sim)
 
     assert scene([]) == scene([3, 4, 11])
+
+
+@pytest.mark.parametrize(
+    "material",
+    [["heavy", "light", "heavy"], [1, 0, 1], np.array([1, 0, 1]), np.array(["heavy", "light", "heavy"]), (1, "light", 1)],
+)
+def test_each_grain_may_have_a_material_of_its_own(material):
+    """By names or numbers; its mass follows from its own density, and one call gives the bits of three."""
+
+    def scene():
+        materials = [bc.Material(name, density=density, **NOTHING) for name, density in (("light", 1.0), ("heavy", 3.0))]
+        return bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bc.laws.linear, materials, 1e-3)
+
+    places, radii = [[1, 1, 1], [3, 3, 3], [5, 5, 5]], [0.5, 0.6, 0.7]
+    together, apart = scene(), scene()
+    together.add_grains(places, radii, material)
+    for place, radius, name in zip(places, radii, ("heavy", "light", "heavy")):
+        apart.add_grains([place], radius, name)
+    assert together.grains.material.tolist() == [1, 0, 1]
+    assert fingerprint(together) == fingerprint(apart)
+
+
+def test_only_materials_that_are_used_need_a_density():
+    materials = [bc.Material("grain", density=2.0, **NOTHING), bc.Material("wall", **NOTHING)]
+    sim = bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bc.laws.linear, materials, 1e-3)
+    sim.add_grains([[1, 1, 1], [3, 3, 3]], 0.5, ["grain", "grain"])
+    with pytest.raises(SceneError, match="material 'wall' has no density"):
+        sim.add_grains([[5, 5, 5], [7, 7, 7]], 0.5, ["grain", "wall"])
+    assert sim.grains.n == 2
+
+
+def test_a_wall_of_another_scene_is_refused():
+    """Both would move it."""
+    wall = simulation().add_wall(bc.Plane((0, 0, 0), (0, 0, 1), velocity=(0, 0, 1.0)))
+    with pytest.raises(SceneError, match="add_wall: this plane is wall 0 of a scene already; make another one"):
+        simulation().add_wall(wall)
+
+
+def test_a_wall_that_was_refused_can_be_added_elsewhere():
+    wall = bc.Plane((0, 0, 0), (0.1, 0, 1))
+    with pytest.raises(SceneError, match="leans along x"):
+        simulation(bc.Box((0, 0, 0), (9, 9, 9), (True, False, False))).add_wall(wall)
+    assert simulation().add_wall(wall) is wall

@@ -6,6 +6,7 @@ import pytest
 import barchan as bc
 from barchan.checkpoint import restore, save
 from barchan.errors import BarchanError, CheckpointError, SceneError
+from barchan.preflight import check_memory
 
 SAND = bc.Material("sand", density=1.0, kn=1e3, kt=3e2, friction=0.5)
 
@@ -100,3 +101,51 @@ def test_a_law_that_returns_one_number_is_named():
     sim.add_grains([(2, 2, 2)], 1.0)
     with pytest.raises(SceneError, match=r"law 'bare' must return normal_force, tangential_force; got"):
         sim.run(1)
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [("max_overlaps", "max_overlap"), ("gravitiy", "gravity"), ("writer", "writers"), ("stop", "known are: .*stop_requested")],
+)
+def test_a_misspelt_attribute_of_a_simulation_is_refused_with_the_nearest(name, near):
+    """It would be kept and never read."""
+    sim = simulation()
+    with pytest.raises(SceneError, match=f"^a simulation has no attribute '{name}'; .*{near}") as caught:
+        setattr(sim, name, 0.1)
+    assert not hasattr(sim, name) and "\n" not in str(caught.value)
+
+
+def test_every_attribute_that_exists_can_be_set():
+    sim = simulation()
+    sim.add_grains([(2, 2, 2)], 1.0)
+    sim.max_overlap, sim.skin, sim.dt, sim.gravity, sim.check_dt, sim.notes = 0.3, 0.2, 5e-4, (0, 0, -1.0), False, {"run": 1}
+    sim.actions, sim.writers, sim.threads = [], [], 1
+    sim.run(1)
+
+
+@pytest.mark.parametrize("call", [lambda sim: sim.step(), lambda sim: sim.rebuild(), lambda sim: sim.compute_forces(0.0)])
+def test_a_part_of_a_step_needs_a_prepared_scene(call):
+    sim = simulation()
+    sim.add_grains([(2, 2, 2)], 1.0)
+    with pytest.raises(SceneError, match=r"\(\): the scene is new or was changed; call prepare\(\) first"):
+        call(sim)
+    sim.prepare()
+    call(sim)
+
+
+def test_a_step_after_a_change_needs_prepare_again():
+    """Its first kick would take the forces of before the change."""
+    sim = simulation()
+    sim.add_grains([(2, 2, 2)], 1.0)
+    sim.run(1)
+    sim.add_grains([(3.9, 2, 2)], 1.0)
+    with pytest.raises(SceneError, match=r"step\(\): the scene is new or was changed"):
+        sim.step()
+    assert sim.step_number == 1
+
+
+def test_more_grains_than_the_memory_holds_are_refused(monkeypatch):
+    monkeypatch.setattr("os.sysconf", {"SC_PHYS_PAGES": 1_000_000, "SC_PAGE_SIZE": 4096}.__getitem__)
+    check_memory(2_000_000)
+    with pytest.raises(SceneError, match=r"3,000,000 grains need about 5 GB of memory; this machine has 4 GB"):
+        check_memory(3_000_000)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import barchan as bc
 from barchan.checkpoint import Checkpoints, all_checkpoints, collect, newest_sound, read_state, restore, save
-from barchan.errors import CheckpointError
+from barchan.errors import CheckpointError, OutputError
 
 GLASS = dict(density=2500.0, youngs_modulus=1e7, poisson_ratio=0.25, friction=0.5)
 
@@ -135,7 +135,7 @@ def test_a_full_disk_leaves_the_older_file(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(CheckpointError, match="No space left"):
+    with pytest.raises(OutputError, match="No space left"):
         save(sim, path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["c.h5"]

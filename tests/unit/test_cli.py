@@ -1,24 +1,54 @@
-"""The command: runs, resumes, compares, and says what is wrong in one line."""
+"""The command: runs, stops, resumes, compares, shows, and says what is wrong in one line."""
 
+import fcntl
+import json
 import re
+import resource
+import signal
 import subprocess
 import sys
+import time
 
+import numpy as np
 import pytest
 
-from barchan.checkpoint import all_checkpoints
+from barchan.checkpoint import all_checkpoints, read_state
+from barchan.writers import frames, read_grain_frame, read_table
 
-SMALL = ("--grains", "300", "--equilibrate", "0.004", "--duration", "0.006", "--checkpoint-every", "400")
+SMALL = (
+    "--grains",
+    "450",
+    "--equilibrate",
+    "20ms",
+    "--duration",
+    "0.03",
+    "--checkpoint-every",
+    "400",
+    "--set",
+    "frame_every=5ms",
+)
+SHORT = (*SMALL[:5], "0.018", *SMALL[6:])
 
 
-def barchan(*arguments, check=None):
+def barchan(*arguments, check=None, **more):
     done = subprocess.run(
-        [sys.executable, "-m", "barchan.cli", *map(str, arguments)], capture_output=True, text=True, timeout=300
+        [sys.executable, "-m", "barchan.cli", *map(str, arguments)], capture_output=True, text=True, timeout=300, **more
     )
     if check is not None:
         assert done.returncode == check, done.stderr
     assert "Traceback" not in done.stderr
     return done
+
+
+def start(*arguments):
+    command = [sys.executable, "-m", "barchan.cli", *map(str, arguments)]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for(condition, process):
+    while not condition():
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.01)
 
 
 @pytest.fixture(scope="module")
@@ -30,28 +60,107 @@ def finished(tmp_path_factory):
 
 
 def test_the_avalanche_shows_progress_and_a_summary(finished):
-    _, text = finished
+    out, text = finished
     shortest = int(re.search(r"shortest (\d+)", text).group(1))
     bound = float(re.search(r"equation \(13\) allows ([\d.]+)", text).group(1))
     assert shortest >= int(bound), "equation (13) is a lower bound on the interval between rebuilds"
-    for word in ("equilibrate", "flow", "100 %", "grain-steps/s", "left", "rebuilds", "equation (13)"):
+    for word in (
+        "flow: 100 %",
+        "steps/s",
+        "grain-steps/s",
+        "left",
+        "results:",
+        "differs from the paper:",
+        "checks:",
+        "lost grains",
+    ):
         assert word in text
+    assert (out / "summary.txt").read_text().strip() in text
+    for line in text.splitlines():
+        assert line in (out / "log.txt").read_text()
 
 
-def test_an_interrupted_run_resumes_to_the_same_bits(finished, tmp_path):
-    """Killed at whatever moment, even before its first checkpoint, then continued."""
+def test_the_directory_holds_everything(finished):
+    out, _ = finished
+    scene = (out / "scene.toml").read_text()
+    for word in ('experiment = "avalanche"', "radius_max", "seed = 1", "[ran_with]", "numba"):
+        assert word in scene
+    pictures = {path.name for path in (out / "figures").iterdir()}
+    assert pictures == {f"{name}.png" for name in ("snapshots", "front", "moving_layer", "energy", "jet", "profiles")}
+    there = frames(out / "frames", "grains")
+    assert np.allclose([frame.time for frame in there], 0.02 + 0.005 * np.arange(7), atol=1e-4)
+    last = read_grain_frame(there[-1].path).fields
+    state = read_state(all_checkpoints(out / "checkpoints")[-1])
+    assert np.array_equal(last["id"], state.fields["id"])
+    series = read_table(out / "tables" / "time.csv")
+    assert series["time [s]"][-1] == pytest.approx(0.05, abs=2e-3) and (np.diff(series["step"]) > 0).all()
+    record = json.loads((out / "record.json").read_text())["sittings"]
+    assert len(record) == 1 and record[0]["last_step"] == state.about["step"]
+
+
+def test_show_tells_the_same_again_from_stored_data(finished):
+    out, text = finished
+    before = {path.name: path.read_bytes() for path in (out / "figures").iterdir()}
+    (out / "figures" / "front.png").unlink()
+    shown = barchan("show", out, check=0).stderr
+    assert (out / "summary.txt").read_text().strip() in shown
+    assert shown.strip() in text
+    assert {path.name: path.read_bytes() for path in (out / "figures").iterdir()} == before
+
+
+def tree(directory):
+    """What a run leaves that must not depend on its stops."""
+    parts = {path: path.read_bytes() for kind in ("tables", "frames") for path in (directory / kind).iterdir()}
+    return {str(path.relative_to(directory)): content for path, content in parts.items() if path.suffix != ".vtkhdf"}
+
+
+def test_a_killed_run_resumes_to_the_same_bits_tables_and_frames(finished, tmp_path):
+    """Killed before its first checkpoint, and once more in the flow."""
     whole, _ = finished
     out = tmp_path / "broken"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "barchan.cli", "run", "avalanche", *SMALL, "--out", str(out)], stderr=subprocess.DEVNULL
-    )
-    while not (out / "scene.json").exists():
-        assert process.poll() is None
+    process = start("run", "avalanche", *SMALL, "--out", out)
+    wait_for((out / "scene.toml").exists, process)
     process.kill()
-    process.wait()
-    assert all_checkpoints(out / "checkpoints") == []
+    process.communicate()
+    process = start("run", "avalanche", "--resume", out, "--checkpoint-every", 200)
+    wait_for(lambda: len(list((out / "frames").glob("*.dump"))) > 3, process)
+    process.kill()
+    assert "no checkpoint yet" in process.communicate()[1]
     barchan("run", "avalanche", "--resume", out, check=0)
     assert barchan("diff", whole, out, check=0).stdout.strip() == "identical"
+    assert tree(whole) == tree(out)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_run_with_a_checkpoint_of_its_own(finished, tmp_path, number):
+    whole, _ = finished
+    out = tmp_path / "stopped"
+    process = start("run", "avalanche", *SMALL, "--checkpoint-every", 1_000_000, "--out", out)
+    wait_for(lambda: (out / "tables" / "time.csv").exists(), process)
+    process.send_signal(number)
+    text = process.communicate()[1]
+    assert process.returncode == 130 and "Traceback" not in text
+    step = int(re.search(r"stopped at step (\d+), t = .*continue with: barchan run avalanche --resume", text).group(1))
+    (checkpoint,) = all_checkpoints(out / "checkpoints")
+    assert read_state(checkpoint).about["step"] == step
+    barchan("run", "avalanche", "--resume", out, check=0)
+    assert barchan("diff", whole, out, check=0).stdout.strip() == "identical"
+
+
+def test_a_finished_run_says_so_and_can_be_made_longer(finished, tmp_path):
+    whole, _ = finished
+    out = tmp_path / "short"
+    barchan("run", "avalanche", *SHORT, "--out", out, check=0)
+    assert "finished" in barchan("run", "avalanche", "--resume", out, check=0).stderr
+    barchan("run", "avalanche", "--resume", out, "--duration", "30 ms", check=0)
+    assert barchan("diff", whole, out, check=0).stdout.strip() == "identical"
+    assert tree(whole) == tree(out)
+
+
+def test_resume_refuses_another_scene(finished):
+    whole, _ = finished
+    for arguments, word in ((("--angle", "30"), "angle"), (("--grains", "900"), "--grains"), (("--set", "kn=1e4"), "kn")):
+        assert word in barchan("run", "avalanche", "--resume", whole, *arguments, check=2).stderr
 
 
 def test_diff_names_what_differs(finished, tmp_path):
@@ -63,34 +172,88 @@ def test_diff_names_what_differs(finished, tmp_path):
         assert word in text
 
 
+def test_file_and_options_give_the_same_scene_and_bits(finished, tmp_path):
+    whole, _ = finished
+    out = tmp_path / "from-file"
+    assert "is sound" in barchan("check", whole / "scene.toml", check=0).stdout
+    barchan("run", whole / "scene.toml", "--out", out, check=0)
+    assert barchan("diff", whole, out, check=0).stdout.strip() == "identical"
+    parameters = (out / "scene.toml").read_text().split("[ran_with]")[0]
+    assert parameters == (whole / "scene.toml").read_text().split("[ran_with]")[0]
+
+
+def test_a_failing_run_saves_its_last_state(tmp_path):
+    """A material so soft that the weight of the grains presses them together."""
+    out = tmp_path / "soft"
+    soft = ("--set", "kn=0.02N/m", "--set", "gamma_n=10", "--set", "gamma_t=10", "--equilibrate", "60ms")
+    done = barchan("run", "avalanche", *SMALL, *soft, "--out", out, check=3)
+    message = done.stderr.splitlines()[-1]
+    for word in ("barchan: grain", "step", "overlap", "max_overlap", "last_state.h5"):
+        assert word in message
+    step = int(re.search(r"step (\d+)", message).group(1))
+    state = read_state(out / "last_state.h5")
+    assert 0 <= state.about["step"] - step <= 1 and not state.about["forces_are_current"]
+
+
+def test_a_full_disk_ends_the_run_and_keeps_what_is_finished(tmp_path):
+    """The system refuses files above 40 kB, as it does on a full disk: the first checkpoint does not fit."""
+    limit = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))}
+    done = barchan("run", "avalanche", *SMALL, "--out", tmp_path / "x", check=3, **limit)
+    assert "cannot be written" in done.stderr.splitlines()[-1]
+    assert not list((tmp_path / "x").rglob("*.partial"))
+
+
+BAD = [
+    (("--grains", "5.5"), "whole number"),
+    (("--grains", "1"), "48 to"),
+    (("--grains", "1000000000000"), "48 to"),
+    (("--grains", "-5"), "48 to"),
+    (("--angle", "nan"), "angle"),
+    (("--angle", "31.2 mm"), "angle"),
+    (("--duration", "-1"), "duration"),
+    (("--duration", "1e300"), "duration"),
+    (("--set", "radius_maks=1mm"), "radius_max"),
+    (("--set", "radius_max=1.12"), "overlap"),
+    (("--set", "radius_min=-1mm"), "radius_min"),
+    (("--set", "radius_min=1.2mm"), "radius_max"),
+    (("--set", "lattice=sc"), "overlap"),
+    (("--set", "dt=1ms"), "stable"),
+    (("--set", "width=0.3mm"), "period"),
+    (("--set", "kn"), "="),
+    (("--figure3", "--grains", "100"), "only one"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "word"), BAD, ids=[" ".join(case[0]) for case in BAD])
+def test_bad_input_is_one_clear_line_and_leaves_nothing(arguments, word, tmp_path):
+    small = () if "--grains" in arguments else ("--set", "coarse_graining=16")
+    done = barchan("run", "avalanche", *small, *arguments, "--out", tmp_path / "x", check=2)
+    lines = done.stderr.strip().splitlines()
+    assert lines[-1].startswith("barchan: ") and len(lines) == 1
+    assert word in lines[-1]
+    assert not (tmp_path / "x").exists(), "bad input leaves nothing behind"
+
+
 @pytest.mark.parametrize(
-    "arguments, words",
+    ("arguments", "word"),
     [
-        (("run", "avalanche", "--grains", "5"), ("grains", "20")),
-        (("run", "avalanche", "--angle", "nan"), ("angle", "finite")),
-        (("run", "avalanche", "--duration", "-1"), ("duration", "greater than or equal to 0")),
-        (("diff", "nothing-here", "nor-here"), ("no checkpoint",)),
-        (("run", "avalanche", "--resume", "nothing-here"), ("nothing to resume",)),
+        (("diff", "nothing-here", "nor-here"), "no checkpoint"),
+        (("run", "avalanche", "--resume", "nothing-here"), "nothing to resume"),
+        (("show", "nothing-here"), "scene.toml"),
+        (("run", "nothing.toml"), "nothing.toml"),
+        (("check", "nothing.toml"), "nothing.toml"),
     ],
 )
-def test_bad_input_is_one_clear_line(arguments, words, tmp_path):
-    more = ("--out", tmp_path / "x") if "avalanche" in arguments and "--resume" not in arguments else ()
-    done = barchan(*arguments, *more, check=2)
-    assert done.stderr.startswith("barchan: ") and done.stderr.count("\n") == 1
-    for word in words:
-        assert word in done.stderr
-    assert not (tmp_path / "x").exists(), "bad input leaves nothing behind"
+def test_what_is_not_there_is_named(arguments, word):
+    assert word in barchan(*arguments, check=2).stderr
 
 
 def test_a_directory_with_a_run_is_refused(finished):
     whole, _ = finished
-    done = barchan("run", "avalanche", *SMALL, "--out", whole, check=2)
-    assert "--resume" in done.stderr
+    assert "--resume" in barchan("run", "avalanche", *SMALL, "--out", whole, check=2).stderr
 
 
-def test_a_directory_in_use_is_refused(finished, tmp_path):
-    import fcntl
-
+def test_a_directory_in_use_is_refused(finished):
     whole, _ = finished
     with open(whole / ".lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -101,3 +264,9 @@ def test_a_directory_in_use_is_refused(finished, tmp_path):
 def test_a_directory_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").write_text("in the way")
     assert "cannot be written" in barchan("run", "avalanche", *SMALL, "--out", tmp_path / "file" / "x", check=2).stderr
+
+
+def test_the_list_names_experiments_and_laws():
+    text = barchan("list", check=0).stdout
+    for word in ("avalanche", "silbert", "hertz_mindlin"):
+        assert word in text

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from barchan.errors import OverlapError, RankError
+from barchan.errors import OverlapError, RankError, SceneError
 from barchan.parallel import Serial, world
 from barchan.parallel import virtual_ranks as start_ranks
 from barchan.parallel.guard import raise_together
@@ -163,3 +163,9 @@ def test_arrays_come_out_of_a_message_as_they_went_in(shapes, seed):
         taken = reader.take(array.dtype, array.shape)
         assert taken.dtype == array.dtype and taken.tolist() == array.tolist()
     assert reader.at == len(reader.message)
+
+
+@pytest.mark.parametrize("size", [0, -1, 1.5, "two", True, None])
+def test_a_number_of_ranks_that_means_nothing_is_refused(size):
+    with pytest.raises(SceneError, match=f"virtual_ranks: size = {size!r} must be a whole number >= 1"):
+        virtual_ranks(size, world)

@@ -1,5 +1,10 @@
-"""Every command and every snippet in README and docs runs."""
+"""What README and docs tell a reader to do works, page by page and in order; and the site builds without a warning.
 
+On a page, indented lines that begin with ``barchan`` are commands; blocks marked ``python`` are scripts, ``toml`` complete
+scenes. A first line such as ``# balls.py`` or ``# my-avalanche.toml`` is the name under which the reader saves a block.
+"""
+
+import inspect
 import os
 import re
 import shlex
@@ -9,36 +14,54 @@ from pathlib import Path
 
 import pytest
 
+import barchan
+from barchan import actions, laws, measure, testing, writers
+
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+DEED = re.compile(r"^```(python|toml)\n(.*?)^```$|^    (barchan .*?)(?:  #.*)?$", re.DOTALL | re.MULTILINE)
 
 
-def snippets():
+def run(arguments, directory):
+    """Run Python in ``directory`` as a reader would, on a machine without a screen."""
+    command = [sys.executable, *map(str, arguments)]
+    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, env=os.environ | {"MPLBACKEND": "Agg"})
+    assert done.returncode == 0, f"{' '.join(command)}: {done.stderr}"
+
+
+def deeds():
+    """What there is to do on each page: (kind of block, its text, command), in order."""
     for page in PAGES:
-        for number, text in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)):
-            yield pytest.param(text, id=f"{page.relative_to(ROOT)}-{number}")
+        found = DEED.findall(page.read_text())
+        if found:
+            yield pytest.param(found, id=str(page.relative_to(ROOT)))
 
 
-def pages_with_commands():
-    for page in PAGES:
-        commands = re.findall(r"^    (barchan .*?)(?:  #.*)?$", page.read_text(), re.MULTILINE)
-        if commands:
-            yield pytest.param(commands, id=str(page.relative_to(ROOT)))
+def save(text, kind, directory):
+    """Save a block under the name that it gives itself; returns the name."""
+    named = re.match(r"# ([\w-]+\.\w+)\n", text)
+    name = named[1] if named else {"python": "snippet.py", "toml": "scene.toml"}[kind]
+    (directory / name).write_text(text)
+    return name
 
 
-@pytest.mark.parametrize("text", list(snippets()))
-def test_snippet_runs(text, tmp_path):
-    (tmp_path / "snippet.py").write_text(text)
-    done = subprocess.run([sys.executable, "snippet.py"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+@pytest.mark.parametrize("found", list(deeds()))
+def test_what_a_page_tells_to_do_works(found, tmp_path):
+    for kind, text, command in found:
+        if kind == "python":
+            run([save(text, kind, tmp_path)], tmp_path)
+        elif kind == "toml":
+            run(["-m", "barchan.cli", "check", save(text, kind, tmp_path)], tmp_path)
+        else:
+            run(["-m", "barchan.cli", *shlex.split(command)[1:]], tmp_path)
 
 
-@pytest.mark.parametrize("commands", list(pages_with_commands()))
-def test_commands_run(commands, tmp_path):
-    for command in commands:
-        words = shlex.split(command)
-        done = subprocess.run([sys.executable, "-m", "barchan.cli", *words[1:]], cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode == 0, f"{command}: {done.stderr}"
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_block_is_of_a_kind_that_these_tests_know(page):
+    """Blocks of text are shown only; those with braces are directives of the site."""
+    fences = re.findall(r"^ *```(.*)$", page.read_text(), re.MULTILINE)
+    assert set(fences[1::2]) <= {""}, "a block is not closed"
+    assert all(kind in ("python", "toml", "text") or kind.startswith("{") for kind in fences[::2]), fences[::2]
 
 
 def test_links_lead_somewhere():
@@ -52,3 +75,26 @@ def test_the_two_commands_of_the_readme_are_in_the_makefile():
     for name in re.findall(r"^    make (\w+)", (ROOT / "README.md").read_text(), re.MULTILINE):
         assert re.search(rf"^{name}:", makefile, re.MULTILINE)
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
+
+
+def test_the_site_builds_without_a_warning_and_tells_of_everything_public(tmp_path):
+    site = tmp_path / "site"
+    run(["-m", "sphinx", "-W", "--keep-going", "-q", "-d", tmp_path / "doctrees", ROOT / "docs", site], tmp_path)
+    for page in PAGES[1:]:
+        assert (site / page.relative_to(ROOT / "docs")).with_suffix(".html").is_file()
+    interface = "".join(path.read_text() for path in (site / "reference" / "python").glob("*.html"))
+    for module in (barchan, laws, actions, measure, writers):
+        for name in module.__all__:
+            thing = getattr(module, name)
+            if inspect.isclass(thing) or inspect.isfunction(thing):
+                assert re.search(rf'id="barchan[\w.]*\.{name}"', interface), f"{module.__name__}.{name} has no entry"
+    assert f'id="{testing.__name__}.check_law"' in interface
+    for noise in ("Alias for field number", 'Type<span class="colon">'):
+        assert noise not in interface
+    for page, words in {
+        "python/laws": laws.SHIPPED,
+        "command-line": ("barchan diff", "barchan run FILE.toml", "--checkpoint-every"),
+        "avalanche-parameters": ("void_fraction", "31.2 deg", "5e-06 s"),
+    }.items():
+        text = re.sub("<[^>]*>", "", (site / "reference" / f"{page}.html").read_text())
+        assert not [word for word in words if word not in text], f"reference/{page} was not filled from the code"

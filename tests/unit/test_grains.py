@@ -273,7 +273,60 @@ def test_an_edit_on_one_rank_is_honoured_on_all():
         assert sum(own for _, own, _ in parts) == 40
 
 
-@pytest.mark.parametrize("name", ["position", "n", "row_of", "two words", "_blocks"])
+@pytest.mark.parametrize("name", ["position", "n", "row_of", "two words", "_blocks", "_mine", "class", 3])
 def test_a_user_field_needs_a_name_of_its_own(name):
-    with pytest.raises(SceneError, match=f"field '{name}'"):
+    with pytest.raises(SceneError, match=f"field {name!r}: the name must be"):
         pile().add_field(name)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"width": 0}, "width = 0 must be a whole number >= 1"),
+        ({"width": 1.5}, "width = 1.5 must be"),
+        ({"width": "3"}, "width = '3' must be"),
+        ({"width": True}, "width = True must be"),
+        ({"dtype": "text"}, "dtype = 'text' must be a type of numbers"),
+        ({"dtype": str}, "dtype = <class 'str'> must be"),
+        ({"dtype": complex}, "dtype = <class 'complex'> must be"),
+        ({"dtype": object}, "dtype = <class 'object'> must be"),
+        ({"default": "hot"}, "default = 'hot' must be one finite number that fits float64"),
+        ({"default": (1.0, 2.0)}, r"default = \(1.0, 2.0\) must be one"),
+        ({"default": np.nan}, "default = nan must be one finite"),
+        ({"default": 10**400}, "default = 1000.* must be one finite"),
+        ({"dtype": np.int32, "default": 0.5}, "default = 0.5 must be one finite number that fits int32"),
+        ({"dtype": np.uint8, "default": 300}, "default = 300 must be one finite number that fits uint8"),
+        ({"dtype": np.float32, "default": 1e300}, "default = 1e[+]300 must be one finite number that fits float32"),
+        ({"dimension": "temprature"}, "dimension 'temprature' has 'temprature' in it; did you mean 'temperature'"),
+    ],
+)
+def test_what_is_no_field_is_refused_and_nothing_is_added(options, message):
+    sim = pile(count=5)
+    with pytest.raises(SceneError, match=f"^field 'heat': {message}"):
+        sim.add_field("heat", **options)
+    assert "heat" not in [field.name for field in sim.grains.table]
+    sim.add_field("heat", width=np.int64(2), dtype="int16", default=-3, dimension="energy/temperature")
+    assert sim.grains.heat.tolist() == [[-3, -3]] * 5
+
+
+def test_inertia_follows_an_edit_of_radius_or_mass():
+    """That of a solid sphere, for the grains that were edited; the others keep what they were given."""
+    sim = simulation()
+    sim.add_grains([[2, 2, 2], [5, 5, 5], [8, 8, 8]], 0.5, mass=1.0, inertia=0.2)
+    sim.grains.radius[0] = 0.25
+    sim.prepare()
+    assert sim.grains.sorted_by_id("inertia").tolist() == [0.4 * 0.25**2, 0.2, 0.2]
+    assert sim.grains.sorted_by_id("mass").tolist() == [1.0] * 3, "the mass stays"
+    sim.grains.mass[sim.grains.row_of(1)] = 3.0
+    sim.run(1)
+    assert sim.grains.sorted_by_id("inertia").tolist() == [0.4 * 0.25**2, 0.4 * 3.0 * 0.25, 0.2]
+    assert sim.grains.inverse_inertia == pytest.approx(1.0 / sim.grains.inertia)
+
+
+def test_an_inertia_that_is_edited_beside_the_mass_is_kept():
+    sim = simulation()
+    sim.add_grains([[2, 2, 2], [5, 5, 5]], 0.5)
+    sim.grains.mass = 2.0
+    sim.grains.inertia[0] = 0.7
+    sim.prepare()
+    assert sim.grains.sorted_by_id("inertia").tolist() == [0.7, 0.4 * 2.0 * 0.25]

@@ -11,7 +11,7 @@ ROOT = Path(barchan.__file__).parent
 
 #: The storeys from the ground up. Modules of one storey may import each other. ``barchan`` is the front door, ``__init__``.
 STOREYS = (
-    ("errors", "fields", "domain", "triggers", "version"),
+    ("atomic", "errors", "fields", "domain", "triggers", "stopwatch", "version", "words"),
     ("laws",),
     ("kernels",),
     ("grains", "materials"),
@@ -19,12 +19,12 @@ STOREYS = (
     ("walls",),
     ("forces",),
     ("measure",),
-    ("actions", "writers", "checkpoint", "compare", "rundir", "report"),
+    ("actions", "writers", "checkpoint", "compare", "soundness", "report", "record"),
     ("preflight", "assembly"),
     ("simulation",),
-    ("packing", "scene", "warmup"),
+    ("packing", "scene", "units", "rundir", "warmup", "view"),
     ("experiments",),
-    ("bench", "view", "cli", "testing", "__main__"),
+    ("bench", "cli", "testing", "selftest", "__main__"),
     ("barchan",),
 )
 HEIGHT = {name: height for height, storey in enumerate(STOREYS) for name in storey}

@@ -2,6 +2,7 @@
 
 import pytest
 
+import barchan as bc
 from barchan.errors import LawError, SceneError
 from barchan.laws import SHIPPED
 from barchan.laws.law import QUANTITIES, law, mix_by_rule
@@ -82,6 +83,23 @@ def test_a_mix_that_forgets_a_parameter_is_refused():
         forgotten.pair_parameters({"kn": 1.0}, {"kn": 1.0}, "here")
 
 
+@pytest.mark.parametrize(
+    ("mix", "message"),
+    [
+        (lambda a, b: {"kn": a["km"]}, "its mix\\(\\) fails with KeyError: 'km', for here"),
+        (lambda a, b: None, r"its mix\(\) fails with AttributeError"),
+        (lambda a, b: {"kn": "hard"}, r"its mix\(\) fails with ValueError"),
+    ],
+)
+def test_a_mix_that_stumbles_is_named(mix, message):
+    @law(properties={"kn": "force/length"}, mix=mix)
+    def spring(overlap, kn):
+        return kn * overlap, ZERO
+
+    with pytest.raises(LawError, match=f"law 'spring': {message}"):
+        spring.pair_parameters({"kn": 1.0}, {"kn": 1.0}, "here")
+
+
 def test_mixing_rule_is_symmetric_and_leaves_equal_values_alone():
     assert mix_by_rule({"x": 1e-170}, {"x": 1e-170}) == {"x": 1e-170}
     assert mix_by_rule({"x": 3.0}, {"x": 12.0}) == mix_by_rule({"x": 12.0}, {"x": 3.0}) == {"x": 6.0}
@@ -142,3 +160,47 @@ def test_shipped_laws_without_friction_have_no_tangential_force_and_no_nan(name)
 def test_quantities_have_a_width_a_dimension_and_a_meaning():
     for name, (width, dimension, meaning) in QUANTITIES.items():
         assert width in (1, 3) and dimension and meaning, name
+
+
+def test_the_decorator_needs_its_brackets():
+    """Without them the function would be taken for the properties."""
+    with pytest.raises(LawError, match=r"law <function .*forgot.*: the decorator needs brackets: @barchan\.law\(properties="):
+
+        @law
+        def forgot(overlap):
+            return overlap, ZERO
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"properties": {"kn": "force/lenght"}},
+            "law 'odd', property kn: .*'force/lenght' has 'lenght' in it; did you mean 'length'",
+        ),
+        ({"properties": {"kn": "N/m"}}, "law 'odd', property kn: .* has 'N' in it; known are: length, time, mass, force"),
+        ({"properties": {"kn": "force//length"}}, "law 'odd', property kn: dimension 'force//length' cannot be read"),
+        ({"properties": {"kn": bc.Property("forse/length")}}, "law 'odd', property kn: .* did you mean 'force'"),
+        ({"properties": {"kn": 3.0}}, "law 'odd', property kn: its dimension 3.0 must be text"),
+        ({"properties": ["kn"]}, r"law 'odd': properties = \['kn'\] must map names"),
+        ({"properties": {1: "1"}}, "law 'odd': properties = {1: '1'} must map names"),
+        ({"properties": {"kn": "1"}, "history": ["slip"]}, r"law 'odd': history = \['slip'\] must map names"),
+        ({"history": {"kn": True}}, "law 'odd': history {'kn': True} must be 1"),
+        ({"properties": {"kn": "1"}, "mix": {"kn": 1}}, "law 'odd': mix = {'kn': 1} must be a function"),
+    ],
+)
+def test_a_declaration_of_the_wrong_kind_is_refused_with_what_is_known(options, message):
+    with pytest.raises(LawError, match=f"^{message}"):
+
+        @law(**options)
+        def odd(overlap, kn):
+            return kn * overlap, ZERO
+
+
+def test_what_is_no_plain_function_of_names_is_refused():
+    with pytest.raises(LawError, match="must be a plain function"):
+        law()(3)
+    with pytest.raises(LawError, match=r"argument\(s\) \['\*rest'\] must be plain names"):
+        law(mix=lambda a, b: {})(lambda overlap, *rest: (overlap, ZERO))
+    with pytest.raises(LawError, match=r"argument\(s\) \['kn=1.0'\] must be plain names"):
+        law(properties={"kn": "1"})(lambda overlap, kn=1.0: (overlap, ZERO))

@@ -125,8 +125,22 @@ def test_a_missing_property_names_material_property_dimension_and_law():
         Materials(Material("steel", kn=1.0, kt=1.0)).table(linear)
 
 
+def test_an_error_of_one_material_names_it_once():
+    with pytest.raises(MaterialError, match=r"^material 'steel': law 'linear' needs friction"):
+        Materials(Material("steel", kn=1.0, kt=1.0)).table(linear)
+    with pytest.raises(MaterialError, match=r"^materials 'steel' and 'wood': law 'linear' needs kt"):
+        Materials([Material("steel", **STEEL), Material("wood", kn=1.0, friction=0.1)]).table(linear)
+
+
+def test_a_poisson_ratio_is_checked_before_it_is_used():
+    with pytest.raises(MaterialError, match=r"material 'glass': poisson_ratio = 'much' \[1\]"):
+        Materials(Material("glass", shear_modulus=1.0, poisson_ratio="much", friction=0.1)).table(hertz_mindlin)
+
+
 def test_a_typo_in_a_material_or_pair_is_refused_with_what_is_known():
-    with pytest.raises(MaterialError, match=r"material 'steel': law 'linear' knows no property \['frction'\].*friction"):
+    with pytest.raises(
+        MaterialError, match=r"material 'steel': law 'linear' knows no property 'frction'; did you mean 'friction'\?"
+    ):
         Materials(Material("steel", **STEEL, frction=0.3)).table(linear)
     materials = two()
     materials.set_pair("steel", "rubber", frictoin=0.3)

@@ -1,47 +1,167 @@
-"""Runs an experiment in a directory: scene first, progress, checkpoints, summary, and resume."""
+"""Runs an experiment in a directory: checks first, then scene, progress, checkpoints, summary; and resumes it."""
 
-from barchan.checkpoint import Checkpoints
-from barchan.errors import SceneError
-from barchan.experiments import avalanche
-from barchan.report import ProgressLine, summary
+import signal
+import time
+import warnings
+from contextlib import contextmanager
+from typing import NamedTuple
+
+from barchan import record
+from barchan.checkpoint import Checkpoints, save
+from barchan.errors import BarchanError, Interrupted, RunError, SceneError
+from barchan.experiments import summary
+from barchan.report import ProgressLine
 from barchan.rundir import RunDirectory
 from barchan.triggers import Every
 from barchan.warmup import compile_law
 
 
-def run_avalanche(scene, path, threads, checkpoint_every, say):
-    """Start the avalanche ``scene`` in the directory ``path``, or continue the one that is there.
+class Manner(NamedTuple):
+    """How to run, whatever is run: it changes no result."""
 
-    Args:
-        scene: an ``Avalanche``, or None to continue with the scene of the directory.
-        say: function that shows a line of text to the user.
+    threads: int | None
+    checkpoint_every: int
+
+
+def start(experiment, scene, path, manner, journal):
+    """Run ``scene`` in the directory ``path``, from its beginning.
+
+    Everything is checked before the directory is made.
 
     Raises:
-        SceneError: the directory is in use, holds another scene, or holds none to continue.
+        SceneError: the scene cannot be run, or the directory is in use or holds a run.
+        RunError: the run had to stop; its last state is saved.
+        Interrupted: a signal ended it; it can be resumed.
     """
-    if scene is None and not (path / "scene.json").is_file():
-        raise SceneError(f"nothing to resume in {path}: it holds no scene.json")
+    sim = prepared(experiment, scene, manner.threads, journal)
     directory = RunDirectory(path)
-    resumed = scene is None
-    scene = avalanche.Avalanche.read(directory.scene_file) if resumed else scene
-    if not resumed and any(directory.checkpoints.glob("checkpoint_*.h5")):
-        raise SceneError(f"run directory {path} already holds a run. Use --resume {path} to continue it, or choose another --out")
-    directory.claim(scene)
-    sim = avalanche.build(scene, threads, with_grains=False)
-    compile_law(sim.law, sim.materials.list, say)
-    found, complaints = directory.resume(sim) if resumed else (False, [])
-    for complaint in complaints:
-        say(f"warning: {complaint}")
-    if not found:
-        sim = avalanche.build(scene, threads)
-    if sim.notes.setdefault("scene", scene.model_dump()) != scene.model_dump():
-        raise SceneError(f"{directory.scene_file} was changed since the run began; its checkpoints belong to the scene as it was")
-    say(f"{'resuming' if found else 'starting'} in {path}: {sim.grains.n:,} grains, step {sim.step_number:,}")
-    checkpoints = Checkpoints(directory.checkpoints, Every(checkpoint_every))
-    sim.writers = [checkpoints]
-    avalanche.run(sim, scene, lambda phase, steps: [ProgressLine(phase, steps)])
-    checkpoints.write(sim)
-    for line in summary(sim):
-        say(line)
-    directory.release()
+    try:
+        if directory.has_checkpoints:
+            raise SceneError(
+                f"run directory {path} already holds a run. Use --resume {path} to continue it, or choose another --out"
+            )
+        directory.claim(experiment.name, scene, record.versions())
+        journal.keep(directory.path / "log.txt")
+        journal.say(f"starting in {path}: {sim.grains.n:,} grains, {experiment.stages(scene)[-1].end:,} steps")
+        _run(experiment, scene, sim, directory, manner, journal)
+    finally:
+        directory.release()
+
+
+def resume(experiment, scene, path, manner, journal):
+    """Continue the run in the directory ``path``; ``scene`` is the one it holds, perhaps with a later end.
+
+    Raises:
+        what ``start`` raises.
+    """
+    directory = RunDirectory(path)
+    try:
+        journal.keep(directory.path / "log.txt")
+        sim = experiment.build(scene, manner.threads, with_grains=False)
+        compile_law(sim.law, sim.materials.list, journal.compiling)
+        found, complaints = directory.resume(sim)
+        for complaint in complaints:
+            journal.say(f"warning: {complaint}")
+        if not found:
+            journal.say(f"{'no sound checkpoint' if complaints else 'no checkpoint yet'} in {path}: starting again")
+            sim = prepared(experiment, scene, manner.threads, journal)
+        _check_same(scene, sim, directory)
+        if sim.step_number >= experiment.stages(scene)[-1].end:
+            journal.say(f"the run in {path} is finished, at step {sim.step_number:,}; give a longer --duration to continue it")
+        else:
+            directory.rewrite(experiment.name, scene, record.versions())
+            journal.say(f"resuming in {path}: {sim.grains.n:,} grains, step {sim.step_number:,}")
+            _run(experiment, scene, sim, directory, manner, journal)
+    finally:
+        directory.release()
+
+
+def prepared(experiment, scene, threads, journal):
+    """The simulation at its start, compiled and checked: nothing was written."""
+    sim = experiment.build(scene, threads, with_grains=True)
+    compile_law(sim.law, sim.materials.list, journal.compiling)
+    sim.prepare()
     return sim
+
+
+def _check_same(scene, sim, directory):
+    """Refuse a scene that is not the one the checkpoint was made with; only its end may be later."""
+    then = sim.notes.get("scene", scene.fixed_part())
+    changed = [name for name, value in scene.fixed_part().items() if then.get(name) != value]
+    if changed:
+        raise SceneError(
+            f"{directory.scene_file} was changed since the run began ({', '.join(changed)}); its checkpoints belong to the scene "
+            f"as it was"
+        )
+
+
+def _run(experiment, scene, sim, directory, manner, journal):
+    """What is left of the stages, with everything that watches them."""
+    stages = experiment.stages(scene)
+    sim.notes["scene"] = scene.fixed_part()
+    checkpoints = Checkpoints(directory.checkpoints, Every(manner.checkpoint_every))
+    progress = ProgressLine([(stage.name, stage.end) for stage in stages], sim.step_number, journal)
+    sim.writers = [*experiment.instruments(scene, directory.path), checkpoints, progress]
+    sitting = record.Sitting(sim)
+    try:
+        with stopped_by_signals(sim), told_warnings(journal):
+            _stages(stages, sim, sitting)
+        checkpoints.write(sim)
+    except Interrupted as stop:
+        checkpoints.write(sim)
+        raise Interrupted(f"{stop}; continue with: barchan run {experiment.name} --resume {directory.path}") from None
+    except RunError as error:
+        raise type(error)(f"{error}. {_last_state(sim, directory)}") from None
+    finally:
+        progress.close()
+        record.add(directory.record, sitting.account(sim))
+    summary.show(experiment, scene, directory.path, journal)
+
+
+def _stages(stages, sim, sitting):
+    for number, stage in enumerate(stages):
+        if sim.notes.get("stage", -1) < number:
+            stage.begin(sim)
+            sim.notes["stage"] = number
+        began = time.monotonic()
+        try:
+            sim.run(max(stage.end - sim.step_number, 0))
+        finally:
+            sitting.stage(stage.name, time.monotonic() - began)
+
+
+def _last_state(sim, directory):
+    """Save the state in which a run failed, for a look; it is no checkpoint to resume from."""
+    path = directory.path / "last_state.h5"
+    try:
+        save(sim, path)
+    except BarchanError as error:
+        return f"Its last state could not be saved: {error}"
+    return f"Its last state is in {path}; the last checkpoint is untouched"
+
+
+@contextmanager
+def told_warnings(journal):
+    """Warnings of the library become lines for the user and the log."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = lambda message, *where, **more: journal.say(f"warning: {message}")
+        yield
+
+
+@contextmanager
+def stopped_by_signals(sim):
+    """Ctrl-C, or a batch system's SIGTERM, ends the run after the step at hand; a second one ends it at once."""
+
+    def stop(number, frame):
+        sim.stop_requested = True
+        signal.signal(number, before[number])
+
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        for number in before:
+            signal.signal(number, stop)
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

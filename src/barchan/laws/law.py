@@ -8,10 +8,11 @@ force on the first grain. Vectors are tuples of three numbers (``laws/vector.py`
 
 import inspect
 from math import isfinite, sqrt
-from types import MappingProxyType
+from types import FunctionType, MappingProxyType
 from typing import NamedTuple
 
-from barchan.errors import LawError, MaterialError
+from barchan.errors import LawError, MaterialError, SceneError
+from barchan.words import check_dimension, shown
 
 VECTOR, SCALAR = 3, 1
 
@@ -54,7 +55,7 @@ class Property(NamedTuple):
         if not (isfinite(number) and low_ok and number <= self.maximum):
             low = f"{'>' if self.above else '>='} {self.minimum:g}"
             high = "" if self.maximum == float("inf") else f" and <= {self.maximum:g}"
-            raise MaterialError(f"{where}: {name} = {value!r} [{self.dimension}]; it must be a finite number {low}{high}")
+            raise MaterialError(f"{where}: {name} = {shown(value)} [{self.dimension}]; it must be a finite number {low}{high}")
         return number
 
 
@@ -76,14 +77,35 @@ class Law:
     """
 
     def __init__(self, function, properties, history, lever, mix):
+        if not isinstance(function, FunctionType):
+            raise LawError(f"law: {shown(function)} must be a plain function (def)")
         self.function, self.name = function, function.__name__
-        self.properties, self.history = dict(properties), dict(history)
+        self.properties = self._mapping("properties", properties, "{'kn': 'force/length'}")
+        self.properties = {name: self._property(name, given) for name, given in self.properties.items()}
+        self.history = self._mapping("history", history, "{'slip': 3}")
         self.lever, self.mix = lever, mix or mix_by_rule
         self.__doc__ = function.__doc__
-        arguments = list(inspect.signature(function).parameters)
+        arguments = inspect.signature(function).parameters
+        unusual = [str(a) for a in arguments.values() if a.kind is not a.POSITIONAL_OR_KEYWORD or a.default is not a.empty]
+        if unusual:
+            raise LawError(f"law '{self.name}': argument(s) {unusual} must be plain names, without * and without defaults")
         self.quantities = tuple(a for a in arguments if a in QUANTITIES)
         self.parameters = tuple(a for a in arguments if a not in QUANTITIES and a not in self.history)
-        self._check_declaration(arguments)
+        self._check_declaration(list(arguments))
+
+    def _mapping(self, what, given, example):
+        given = {} if given is None else given
+        if not hasattr(given, "items") or not all(isinstance(name, str) for name in given):
+            raise LawError(f"law '{self.name}': {what} = {shown(given)} must map names, such as {example}")
+        return dict(given)
+
+    def _property(self, name, given):
+        declared = given if isinstance(given, Property) else Property(given)
+        try:
+            check_dimension(f"law '{self.name}', property {name}", declared.dimension)
+        except SceneError as error:
+            raise LawError(f"{error}") from None
+        return declared
 
     def _check_declaration(self, arguments):
         where = f"law '{self.name}'"
@@ -97,11 +119,13 @@ class Law:
                 f"{where}: {sorted(set(double))} would mean two things; quantities of a contact, properties and "
                 f"history need names of their own. Quantities: {', '.join(QUANTITIES)}"
             )
-        bad_width = {name: width for name, width in self.history.items() if width not in (SCALAR, VECTOR)}
+        bad_width = {n: width for n, width in self.history.items() if type(width) is not int or width not in (SCALAR, VECTOR)}
         if bad_width:
             raise LawError(f"{where}: history {bad_width} must be 1 (a number) or 3 (a vector) wide")
         if self.lever not in ("radius", "lens"):
             raise LawError(f"{where}: lever = {self.lever!r}; it must be 'radius' or 'lens'")
+        if not callable(self.mix):
+            raise LawError(f"{where}: mix = {shown(self.mix)} must be a function of the properties of two materials")
         if self.mix is mix_by_rule:
             unknown = [name for name in self.parameters if name not in self.properties]
             if unknown:
@@ -142,15 +166,20 @@ class Law:
 
         Raises:
             MaterialError: a property is missing, out of range, or mixes to something that is not finite.
+            LawError: the law's ``mix`` fails, or returns too little.
         """
-        mixed = self.mix(self._complete(first, where), self._complete(second, where))
+        complete = self._complete(first, where), self._complete(second, where)
+        try:
+            mixed = {name: float(value) for name, value in self.mix(*complete).items()}
+        except Exception as error:  # whatever a user's function stumbles over
+            raise LawError(f"law '{self.name}': its mix() fails with {type(error).__name__}: {error}, for {where}") from error
         absent = [name for name in self.parameters if name not in mixed]
         if absent:
             raise LawError(f"law '{self.name}': its mix() returns no {absent}")
         for name in self.parameters:
             if not isfinite(mixed[name]):
                 raise MaterialError(f"{where}: parameter {name} of law '{self.name}' comes out as {mixed[name]!r}")
-        return [float(mixed[name]) for name in self.parameters]
+        return [mixed[name] for name in self.parameters]
 
     def _complete(self, given, where):
         complete = {}
@@ -173,7 +202,7 @@ def law(properties=None, history=None, lever="radius", mix=None):
         mix: function (properties of one material, of the other) -> pair parameters; default ``mix_by_rule``.
 
     Raises:
-        LawError: the function's arguments and the declaration do not fit together.
+        LawError: the declaration is of the wrong kind, has an unknown dimension, or does not fit to the function's arguments.
 
     >>> @law(properties={"stiffness": "force/length"})
     ... def spring(overlap, stiffness):
@@ -181,9 +210,12 @@ def law(properties=None, history=None, lever="radius", mix=None):
     >>> spring(overlap=0.5, stiffness=2.0)
     (1.0, (0.0, 0.0, 0.0))
     """
-    declared = {name: p if isinstance(p, Property) else Property(p) for name, p in (properties or {}).items()}
+    if callable(properties):
+        raise LawError(
+            f"law {shown(properties)}: the decorator needs brackets: @barchan.law(properties={{'kn': 'force/length'}})"
+        )
 
     def decorate(function):
-        return Law(function, declared, history or {}, lever, mix)
+        return Law(function, properties, history, lever, mix)
 
     return decorate

@@ -1,49 +1,83 @@
-"""Kinetic energy of the grains."""
+"""Energies of the grains, and where energy has gone."""
 
-from barchan.kernels.exact_sum import exact_sum
+from barchan.forces import Gravity
+from barchan.measure.base import Result, flowing_rows, full_step, squared
+from barchan.measure.elastic import elastic_energies
+from barchan.measure.sums import exact_sums
+from barchan.measure.touching import check_contacts
 
 
 class KineticEnergy:
     """Energy of translation and of rotation at the full step n, of all grains that are not frozen.
 
-    The state holds velocities at n-1/2; half a kick brings them to n: v + dt/2 F/m. The sums are exact, so the values do
-    not depend on threads or ranks.
-
-    Properties: ``translation``, ``rotation``, ``total`` [force length].
+    The sums are exact, so the values do not depend on threads or ranks.
     """
 
-    def __init__(self):
-        self._result = None
+    translation = Result("energy of translation [force length]")
+    rotation = Result("energy of rotation [force length]")
+    total = Result("sum of both [force length]")
 
     def compute(self, sim):
         """Measure; returns self."""
-        grains, half = sim.grains, 0.5 * sim.dt
-        moving = grains.view("frozen") == 0
-        velocity = grains.view("velocity") + half * grains.view("force") * grains.view("inverse_mass")[:, None]
-        omega = grains.view("omega") + half * grains.view("torque") * grains.view("inverse_inertia")[:, None]
-        terms = (
-            0.5 * grains.view("mass") * moving * (velocity**2).sum(axis=1),
-            0.5 * grains.view("inertia") * moving * (omega**2).sum(axis=1),
-        )
-        self._result = tuple(exact_sum(term, sim.comm) for term in terms)
+        self.translation, self.rotation = exact_sums(_kinetic(sim, flowing_rows(sim)), sim.comm)[:, 0].tolist()
+        self.total = self.translation + self.rotation
         return self
 
-    def _get(self, index):
-        if self._result is None:
-            raise RuntimeError("KineticEnergy: call compute(sim) first")
-        return self._result[index]
 
-    @property
-    def translation(self):
-        """Energy of translation [force length]."""
-        return self._get(0)
+class EnergyBudget:
+    """Where the energy is: that of motion, in gravity and in the springs of contacts, of all grains that are not frozen.
 
-    @property
-    def rotation(self):
-        """Energy of rotation [force length]."""
-        return self._get(1)
+    Potential energy is -m g . x with the present gravity, 0 at the origin of coordinates, with x followed through periodic
+    faces. Elastic energy is that of normal forces only (``elastic.py``); a law's tangential memory has no energy
+    that could be had for every law.
 
-    @property
-    def total(self):
-        """Sum of both [force length]."""
-        return self.translation + self.rotation
+    Start a new budget when gravity changes or when grains are added, frozen or released: the energy jumps then.
+    Energy that removed grains took with them, and work of moving walls, count as (negative) dissipation here: subtract it.
+
+    In a uniform gravity without contacts the leap-frog's full-step energy is constant to rounding: x(n) lies on the
+    parabola and v(n) is its slope. In contacts it is constant up to O(dt^2), and so is ``dissipated``.
+
+    Args:
+        total_at_start: ``total`` of the budget from which dissipation counts [force length]; default: that of the state
+            measured, of which nothing is dissipated yet.
+    """
+
+    translation = Result("kinetic energy of translation [force length]")
+    rotation = Result("kinetic energy of rotation [force length]")
+    potential = Result("potential energy in the present gravity [force length]")
+    elastic = Result("energy stored in normal contacts [force length]")
+    total = Result("sum of these four [force length]")
+    dissipated = Result("total_at_start - total: dissipated, or stored in tangential springs [force length]")
+
+    def __init__(self, total_at_start=None):
+        self.total_at_start = total_at_start
+
+    def compute(self, sim):
+        """Measure; returns self.
+
+        Raises:
+            SceneError: grains or walls were changed since the last run.
+        """
+        check_contacts(sim)
+        rows = flowing_rows(sim)
+        columns = (*_kinetic(sim, rows), _potential(sim, rows))
+        self.translation, self.rotation, self.potential = exact_sums(columns, sim.comm)[:, 0].tolist()
+        self.elastic = float(exact_sums((elastic_energies(sim),), sim.comm)[0, 0])
+        self.total = self.translation + self.rotation + self.potential + self.elastic
+        self.dissipated = 0.0 if self.total_at_start is None else self.total_at_start - self.total
+        return self
+
+
+def _kinetic(sim, rows):
+    """Energies of translation and of rotation of each grain."""
+    velocity, omega = full_step(sim, rows)
+    mass, inertia = sim.grains.view("mass")[rows], sim.grains.view("inertia")[rows]
+    return 0.5 * mass * squared(velocity), 0.5 * inertia * squared(omega)
+
+
+def _potential(sim, rows):
+    """Potential energy of each grain."""
+    grains = sim.grains
+    gx, gy, gz = Gravity(sim.gravity).at(sim.time)
+    x, y, z = (grains.view("position")[rows] + grains.view("image")[rows] * sim.box.length).T
+    return -grains.view("mass")[rows] * (gx * x + gy * y + gz * z)

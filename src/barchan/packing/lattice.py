@@ -14,6 +14,15 @@ _LATTICES = {
 }
 
 
+def per_cell(kind):
+    """Grains in a cubic cell of a lattice.
+
+    >>> per_cell("bcc")
+    2
+    """
+    return len(_LATTICES[kind][0])
+
+
 def mean_volume(radius_min, radius_max):
     """Mean volume of spheres with uniformly distributed radii [length^3].
 

@@ -9,7 +9,8 @@ import threading
 
 import numpy as np
 
-from barchan.errors import RankError
+from barchan.errors import RankError, SceneError
+from barchan.words import shown
 
 _local = threading.local()
 
@@ -94,9 +95,17 @@ def world():
 def virtual_ranks(size, program, *args):
     """Run ``program(*args)`` on ``size`` virtual ranks of this process and return their results by rank.
 
+    Args:
+        size: number of ranks.
+        program: function; within it ``world()`` is the rank that runs it.
+        args: its arguments, the same for all ranks.
+
     Raises:
+        SceneError: ``size`` is no whole number >= 1.
         The error of the first rank that failed.
     """
+    if not isinstance(size, (int, np.integer)) or isinstance(size, bool) or size < 1:
+        raise SceneError(f"virtual_ranks: size = {shown(size)} must be a whole number >= 1")
     shared = _World(size)
     results, errors = [None] * size, []
 

@@ -1,0 +1,100 @@
+"""Parts of pages that are made from the code: in a page the line ``<!-- laws -->`` is replaced by ``laws()``, and so on."""
+
+import typer
+
+from barchan import units
+from barchan.cli import app
+from barchan.experiments.avalanche.parameters import PAPER, Avalanche
+from barchan.laws import SHIPPED
+
+_SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+
+
+def setup(sphinx):
+    """Make this module an extension of Sphinx."""
+    sphinx.connect("source-read", _fill)
+    sphinx.connect("autodoc-process-docstring", _keep_colons, priority=400)  # before napoleon, whose is 500
+    sphinx.connect("autodoc-skip-member", _skip)
+    return {"parallel_read_safe": True}
+
+
+def commands():
+    """Every command with its arguments and options."""
+    command = typer.main.get_command(app)
+    return _lines(_command(command, command.make_context("barchan", [], resilient_parsing=True)))
+
+
+def parameters(scene=Avalanche, paper=PAPER):
+    """The parameters of a scene as a table.
+
+    Args:
+        scene: a ``Scene`` class.
+        paper: parameter -> value in the paper, in the unit of the parameter.
+    """
+    rows = (
+        (f"`{name}`", _value(field, field.default), _allowed(field), _value(field, paper.get(name)), field.description)
+        for name, field in scene.model_fields.items()
+    )
+    return _table(("parameter", "default", "allowed", "in the paper", "meaning"), rows)
+
+
+def laws():
+    """The laws that come with barchan as a table."""
+    rows = (
+        (f"`{name}`", law.__doc__.strip().splitlines()[0], ", ".join(f"`{name}`" for name in law.properties))
+        for name, law in SHIPPED.items()
+    )
+    return _table(("law", "what it is", "properties of a material"), rows)
+
+
+def _fill(sphinx, page, source):
+    for part in (commands, parameters, laws):
+        source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())
+
+
+def _keep_colons(sphinx, what, name, thing, options, lines):
+    """napoleon takes what stands before a colon in the first line on an attribute for its type; an empty comment keeps it off."""
+    if what in ("attribute", "data", "property"):
+        lines[:0] = ["..", ""]
+
+
+def _skip(sphinx, what, name, thing, skip, options):
+    """Leave out what Python itself says about the fields of a NamedTuple."""
+    return True if (getattr(thing, "__doc__", None) or "").startswith("Alias for field number") else None
+
+
+def _command(command, context):
+    """A command and those below it."""
+    below = getattr(command, "commands", {})
+    if not below:
+        usage, path = context.get_usage().removeprefix("Usage: "), context.command_path
+        if command.hidden:  # it is what "barchan run my.toml" means
+            usage, path = "barchan run FILE.toml [OPTIONS]", "barchan run FILE.toml"
+        yield from (f"## `{path}`", "", command.help, "", "```text", usage, "```", "")
+        rows = [(f"`{names}`", _plain(text)) for names, text in (p.get_help_record(context) for p in command.params)]
+        yield from ((_table(("argument", "meaning"), rows), "") if rows else ())
+    for name, other in below.items():
+        yield from _command(other, type(context)(other, info_name=name, parent=context))
+
+
+def _table(head, rows):
+    return _lines(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows))
+
+
+def _lines(lines):
+    return "\n".join(lines)
+
+
+def _plain(text):
+    """Text in which Markdown sees no markup."""
+    return "".join(f"\\{sign}" if sign in "|<>[]*_`" else sign for sign in text)
+
+
+def _value(field, value):
+    unit = (field.json_schema_extra or {}).get("unit")
+    return "" if value is None else str(value) if unit is None else units.written(value, unit)
+
+
+def _allowed(field):
+    bounds = [f"{_SIGNS[name]} {getattr(rule, name):g}" for rule in field.metadata for name in _SIGNS if hasattr(rule, name)]
+    return ", ".join(bounds or getattr(field.annotation, "__args__", ()))

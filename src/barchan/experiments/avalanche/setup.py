@@ -1,0 +1,109 @@
+"""The avalanche at its start, and its release."""
+
+from math import cos, radians, sin
+
+import numpy as np
+
+from barchan import laws
+from barchan.actions import Outlet
+from barchan.domain import Box
+from barchan.experiments.avalanche.parameters import Outline
+from barchan.experiments.experiment import Stage
+from barchan.materials import Material
+from barchan.measure import EnergyBudget
+from barchan.packing.lattice import lattice
+from barchan.preflight import check_memory
+from barchan.simulation import Simulation
+from barchan.triggers import Every
+
+#: What a grain is, in its field ``part``.
+FLOWING, FIXED, RIGHT_WALL = 0, 1, 2
+
+#: Steps between looks for grains that leave through an outlet.
+OUTLET_STEPS = 50
+
+
+def box_of(scene):
+    """The box: open room above the grains for the spray, and behind the end wall for what flies over it."""
+    outline = Outline.of(scene)
+    margin = 4.0 * outline.edge
+    right = (outline.floor + 1) * outline.edge + margin
+    top = 2.0 * max(scene.end_wall, scene.height) + scene.floor * sin(radians(scene.angle)) + margin
+    return Box((-margin, 0.0, -margin), (right, outline.across * outline.edge, top), periodic=(False, True, False))
+
+
+def build(scene, threads=None, comm=None, with_grains=True):
+    """The simulation at its start, in the horizontal position.
+
+    Args:
+        scene: an ``Avalanche``.
+        with_grains: False leaves the grains to a checkpoint.
+
+    Raises:
+        SceneError: the lattice would overlap, or the box is too narrow.
+    """
+    check_memory(Outline.of(scene).flowing)
+    box, grain = box_of(scene), scene.simulated
+    sand = Material(
+        "sand",
+        density=scene.density,
+        kn=grain.kn,
+        kt=grain.kt,
+        gamma_n=grain.gamma_n,
+        gamma_t=grain.gamma_t,
+        friction=scene.friction,
+    )
+    sim = Simulation(box, laws.silbert, sand, grain.dt, gravity=(0.0, 0.0, -scene.gravity), threads=threads, comm=comm)
+    sim.add_field("part", dtype=np.uint8)
+    sim.actions = [
+        Outlet("over the end wall", (box.high[0] - grain.radius_max, 0, 0), (1, 0, 0), Every(OUTLET_STEPS)),
+        Outlet("above", (0, 0, box.high[2] - grain.radius_max), (0, 0, 1), Every(OUTLET_STEPS)),
+    ]
+    if with_grains:
+        outline = Outline.of(scene)
+        for part, low, cells in _blocks(outline):
+            points = lattice(scene.lattice, outline.edge, np.array(low) * outline.edge, cells)
+            numbers = sim.next_id + np.arange(len(points))
+            sim.add_grains(points, _radii(scene, numbers), "sand", frozen=part != FLOWING, part=part)
+    return sim
+
+
+def _blocks(outline):
+    """(part, corner, size) of the block of grains and of the walls around it, two layers of grains each, in cells."""
+    across, wall = outline.across, outline.height + outline.height // 4
+    yield FLOWING, (0, 0, 0), (outline.length, across, outline.height)
+    yield FIXED, (-1, 0, -1), (outline.floor + 2, across, 1)
+    yield FIXED, (-1, 0, 0), (1, across, wall)
+    yield RIGHT_WALL, (outline.length, 0, 0), (1, across, wall)
+    if outline.end_wall:
+        yield FIXED, (outline.floor, 0, 0), (1, across, outline.end_wall)
+
+
+def _radii(scene, numbers):
+    """Uniform radii from a counter-based generator keyed by the grain's number: the same for any order or rank."""
+    grain = scene.simulated
+    words = np.random.Philox(key=scene.seed, counter=0)
+    uniform = np.random.Generator(words).random(int(numbers[-1]) + 1)[numbers]
+    return grain.radius_min + (grain.radius_max - grain.radius_min) * uniform
+
+
+def stages(scene):
+    """Equilibrate in the horizontal position, then flow."""
+    return [
+        Stage("equilibrate", scene.release_step, _start_budget),
+        Stage("flow", scene.last_step, lambda sim: release(sim, scene)),
+    ]
+
+
+def release(sim, scene):
+    """Tilt the box and remove its right wall."""
+    tilt = radians(scene.angle)
+    sim.gravity = (scene.gravity * sin(tilt), 0.0, -scene.gravity * cos(tilt))
+    sim.remove(sim.grains.view("id")[sim.grains.view("part") == RIGHT_WALL])
+    _start_budget(sim)
+
+
+def _start_budget(sim):
+    """Note the energy from which dissipation is counted: a change of gravity changes the potential."""
+    sim.prepare()
+    sim.notes["energy_at_start"] = EnergyBudget().compute(sim).total

@@ -1,0 +1,70 @@
+"""Which contacts touch: each on exactly one rank, that of its first grain."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.errors import SceneError
+
+#: Contacts at a time: temporary arrays stay in the cache (measured: twice as fast) and memory is bounded.
+BATCH = 16_384
+
+
+class Pairs(NamedTuple):
+    """Pairs of grains that touch, (k,) each: rows, overlap [length], normal force, positive when it parts them [force]."""
+
+    first: np.ndarray
+    second: np.ndarray
+    overlap: np.ndarray
+    normal_force: np.ndarray
+
+
+class AtWalls(NamedTuple):
+    """Grains that touch walls, (k,) each: number of the contact, row, and the rest as in ``Pairs``."""
+
+    contact: np.ndarray
+    grain: np.ndarray
+    overlap: np.ndarray
+    normal_force: np.ndarray
+
+
+def check_contacts(sim):
+    """Refuse contacts and forces that are out of date.
+
+    Raises:
+        SceneError: grains or walls were changed since the last run.
+    """
+    if not (sim.is_listed and sim.is_primed):
+        raise SceneError(
+            f"step {sim.step_number}: the scene was changed since its contacts were computed; call prepare() or run() "
+            f"before measuring them"
+        )
+
+
+def touching_pairs(sim):
+    """``Pairs`` of the present state, in batches."""
+    contacts, place = sim.contacts, sim.grains.block("place", True)
+    for begin in range(0, contacts.n_pairs, BATCH):
+        some = slice(begin, min(begin + BATCH, contacts.n_pairs))
+        first, second = contacts.first[some], contacts.second[some]
+        one, other = np.take(place, first, axis=0), np.take(place, second, axis=0)
+        branch = sim.box.difference(one[:, :3], other[:, :3]).T
+        distance = np.sqrt(_dot(branch, branch))
+        overlap = one[:, 3] + other[:, 3] - distance
+        found = np.flatnonzero((overlap > 0.0) & (first < sim.grains.n))
+        force = _dot(contacts.out[:3, some], branch) / distance
+        yield Pairs(first[found], second[found], overlap[found], force[found])
+
+
+def touching_walls(sim):
+    """``AtWalls`` of the present state."""
+    contacts = sim.contacts
+    overlap = sim.grains.view("radius")[contacts.wall_grain] - contacts.surface[0]
+    found = np.flatnonzero(overlap > 0.0)
+    force = _dot(contacts.out[:3, contacts.n_pairs :], contacts.surface[1:4])
+    return AtWalls(found, contacts.wall_grain[found], overlap[found], force[found])
+
+
+def _dot(a, b):
+    """Scalar products of vectors (3, k), added in a fixed order."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,247 @@
+"""Is a state from a file one that a simulation can go on from? A file is data from outside: it is believed only after this.
+
+The loops trust their arrays blindly, so shapes, types, ids and contacts are checked here, before they meet one. What a number
+means (a radius above zero, a known material) is checked by ``preflight``, as it is for grains that a script adds.
+"""
+
+from math import isfinite
+from reprlib import Repr
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from barchan.fields import TABLE
+
+#: How values are shown: one short line, however long or deep they are.
+_REPR = Repr()
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60
+
+_Count = Annotated[int, Field(ge=0, lt=2**62)]
+_Three = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+
+def _is_new(name):
+    if name in {field.name for field in TABLE}:
+        raise ValueError("every grain has that field anyway")
+    return name
+
+
+class _UserField(_Part):
+    """The grains check the rest when the field is added."""
+
+    name: Annotated[str, AfterValidator(_is_new)]
+    width: Annotated[int, Field(ge=1, le=1000)]
+    dtype: Literal[
+        "bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float16", "float32", "float64"
+    ]
+    default: float
+    dimension: str
+
+
+class _Law(_Part):
+    name: str
+    hash: str
+    history: dict[str, Literal[1, 3]]
+
+
+class _Box(_Part):
+    low: _Three
+    high: _Three
+    periodic: Annotated[list[bool], Field(min_length=3, max_length=3)]
+
+
+class _About(_Part):
+    """The facts beside the arrays, see ``checkpoint.State``."""
+
+    format: int
+    step: _Count
+    time: Annotated[float, Field(allow_inf_nan=False)]
+    dt: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+    next_id: _Count
+    forces_are_current: bool
+    large_overlaps: _Count
+    notes: dict[str, Any]
+    gravity: dict[Literal["hash", "value"], Any]
+    law: _Law
+    materials: dict[str, Any]
+    walls: list[dict[str, Any]]
+    box: _Box
+    user_fields: list[_UserField]
+
+
+def structure_fault(about, fields, contacts):
+    """What is wrong with the structure of a state, or None. Values may be anything: a run that failed is saved too.
+
+    Args:
+        about, fields, contacts: the parts of a ``checkpoint.State``.
+
+    Returns:
+        A text such as "radius has shape (3,), not (4,)".
+    """
+    try:
+        _About.model_validate(about)
+    except ValidationError as error:
+        first = error.errors()[0]
+        return f"'{'.'.join(str(part) for part in first['loc'])[:100]}' is wrong: {' '.join(first['msg'].split())[:200]}"
+    return _field_fault(about, fields) or _contact_fault(about, fields["id"], contacts)
+
+
+def _field_fault(about, fields):
+    expected = {field.name: (field.dtype, field.width) for field in TABLE if field.saved}
+    expected |= {field["name"]: (field["dtype"], field["width"]) for field in about["user_fields"]}
+    if fields.keys() != expected.keys():
+        return f"fields are missing, or do not belong to it: {', '.join(sorted(fields.keys() ^ expected.keys()))[:200]}"
+    count = len(fields["id"]) if fields["id"].ndim else 0
+    for name, (dtype, width) in expected.items():
+        shape = (count, width) if width > 1 else (count,)
+        if fields[name].dtype != dtype or fields[name].shape != shape:
+            found = fields[name]
+            return f"{name} has type {found.dtype} and shape {found.shape}, not {np.dtype(dtype).name} and {shape}"
+    ids = fields["id"]
+    if len(ids) and not (ids[0] >= 0 and (np.diff(ids) > 0).all() and ids[-1] < about["next_id"]):
+        return f"ids do not ascend from 0 to below next_id = {about['next_id']}"
+    return None
+
+
+def _contact_fault(about, ids, contacts):
+    start, keys, values = contacts
+    width = sum(about["law"]["history"].values())
+    if not (start.dtype == keys.dtype == np.int64 and values.dtype == np.float64):
+        return f"contacts have types {start.dtype}, {keys.dtype}, {values.dtype}, not int64, int64, float64"
+    if start.shape != (len(ids) + 1,) or keys.ndim != 1 or values.shape != (len(keys), width):
+        return f"contacts have shapes {start.shape}, {keys.shape}, {values.shape}; they do not fit {len(ids)} grains"
+    if start[0] != 0 or start[-1] != len(keys) or (start[1:] < start[:-1]).any():
+        return f"contacts of the grains do not follow each other from 0 to {len(keys)}"
+    owners = np.repeat(np.arange(len(ids)), np.diff(start))
+    if ((owners[1:] == owners[:-1]) & (keys[1:] <= keys[:-1])).any():
+        return "contacts of a grain are not in ascending order"
+    unknown = (keys < -len(about["walls"])) | (keys >= about["next_id"]) | (keys == ids[owners])
+    if unknown.any():
+        row = int(np.argmax(unknown))
+        return f"grain {ids[owners[row]]} has a contact with {keys[row]}, which is no other grain and no wall"
+    return _memory_fault(ids, ids[owners], keys, values)
+
+
+def _memory_fault(ids, owners, keys, values):
+    """Two grains that both remember their contact must remember the same, and it is the smaller id that must."""
+    pairs = np.flatnonzero((keys >= 0) & np.isin(keys, ids))
+    low, high = np.minimum(owners, keys)[pairs], np.maximum(owners, keys)[pairs]
+    order = np.lexsort((owners[pairs], high, low))
+    pairs, low, high = pairs[order], low[order], high[order]
+    by_high = np.flatnonzero(owners[pairs] == high)  # the one just before must be of the same pair, by its smaller id
+    before = by_high - 1
+    same = (before >= 0) & (low[before] == low[by_high]) & (high[before] == high[by_high])
+    same &= _equal(values[pairs[before]], values[pairs[by_high]])
+    if not same.all():
+        row = by_high[int(np.argmin(same))]
+        return f"grains {low[row]} and {high[row]} do not remember the same of their contact"
+    return None
+
+
+def _equal(a, b):
+    return ((a == b) | (np.isnan(a) & np.isnan(b))).all(axis=1)
+
+
+def value_fault(state, walls):
+    """Why a sound structure cannot be gone on from, or None.
+
+    Args:
+        state: a ``checkpoint.State``.
+        walls: states of the walls of the simulation that would go on, as ``Plane.state`` gives them.
+    """
+    low, high = (np.array(state.about["box"][side]) for side in ("low", "high"))
+    position = state.fields["position"]
+    outside = np.flatnonzero(~((position >= low) & (position <= high)).all(axis=1))
+    if len(outside):
+        row = outside[0]
+        return f"grain {state.fields['id'][row]} at {position[row].tolist()} is not inside the box"
+    if not np.isfinite(state.contacts.values).all():
+        return "a contact remembers a value that is not finite"
+    gravity = state.about["gravity"]
+    if not (_alike(gravity, {"hash": ""}) or _alike(gravity, {"value": [0.0, 0.0, 0.0]})):
+        return "gravity is neither three finite numbers nor a function"
+    for number, (there, here) in enumerate(zip(state.about["walls"], walls)):
+        length = sum(n**2 for n in there.get("normal", [1.0])) if _alike(there, here) else 0.0
+        if abs(length - 1.0) > 1e-9 or there["key"] != here["key"]:
+            return f"wall {number} is not described as a {here['kind']} is"
+    return None
+
+
+def _alike(there, here):
+    """True if plain data has the form of other data: keys, lengths, types; numbers must be finite."""
+    if isinstance(here, dict):
+        return isinstance(there, dict) and there.keys() == here.keys() and all(_alike(there[k], here[k]) for k in here)
+    if isinstance(here, list):
+        return isinstance(there, list) and len(there) == len(here) and all(map(_alike, there, here))
+    if isinstance(here, float):
+        return isinstance(there, float) and isfinite(there)
+    return type(there) is type(here)
+
+
+def foreign(there, here):
+    """How a checkpoint belongs to another scene, or None.
+
+    Args:
+        there, here: what ``checkpoint`` keeps of the scene beside the arrays: of the file, of the simulation.
+
+    Returns:
+        The first difference, such as "materials glass friction is 0.5 there and 0.4 here".
+    """
+    law, own = there["law"], here["law"]
+    if law["name"] != own["name"]:
+        return f"its law is {_short(law['name'])}, here it is {_short(own['name'])}"
+    if law != own:
+        return f"law {_short(own['name'])} has changed since"
+    difference = _difference(there["materials"], here["materials"]) or _difference({"box": there["box"]}, {"box": here["box"]})
+    if difference:
+        return difference
+    walls, own_walls = ([(w.get("kind"), w.get("material")) for w in about["walls"]] for about in (there, here))
+    if len(walls) != len(own_walls):
+        return f"it has {len(walls)} walls, here there are {len(own_walls)}; add the same walls in the same order"
+    for number, (wall, own_wall) in enumerate(zip(walls, own_walls)):
+        if wall != own_wall:
+            return f"walls: (kind, material) of wall {number} is {_short(wall)} there and {_short(own_wall)} here"
+    return _gravity_difference(there["gravity"], here["gravity"]) or _user_field_difference(there, here)
+
+
+def _gravity_difference(there, here):
+    if "hash" not in there and "hash" not in here:
+        return None  # a constant is taken from the file
+    if "hash" in there and "hash" in here:
+        return None if there == here else "its gravity is a function of time that has changed since"
+    return f"its gravity is {'a function of time' if 'hash' in there else 'constant'}, here it is not"
+
+
+def _user_field_difference(there, here):
+    known = {field["name"]: field for field in here["user_fields"]}
+    for field in there["user_fields"]:
+        own = known.get(field["name"], field)
+        for what in ("width", "dtype"):
+            if own[what] != field[what]:
+                return f"{what} of field '{field['name']}' is {field[what]} there and {own[what]} here"
+    return None
+
+
+def _difference(there, here):
+    """The first difference of two pieces of plain data: where, and both values."""
+    if isinstance(there, dict) and isinstance(here, dict):
+        parts = [(name, there.get(name, "not given"), here.get(name, "not given")) for name in here | there]
+    elif _are_tables(there) and _are_tables(here) and len(there) == len(here):
+        parts = [(own.get("name", number), table, own) for number, (table, own) in enumerate(zip(there, here))]
+    else:
+        return None if there == here else f"is {_short(there)} there and {_short(here)} here"
+    found = ((name, _difference(t, h)) for name, t, h in parts)
+    return next((f"{str(name)[:60]} {text}" for name, text in found if text), None)
+
+
+def _are_tables(value):
+    return isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
+
+
+def _short(value):
+    return " ".join(_REPR.repr(value).split())

@@ -1,0 +1,54 @@
+"""Grains as text files that OVITO opens and LAMMPS' ``read_dump`` reads."""
+
+from barchan.atomic import writing
+from barchan.writers.collect import grains_at_full_step
+from barchan.writers.output import StepFiles
+
+#: Columns of the fields that are vectors, as LAMMPS calls them.
+_VECTORS = {
+    "position": ("x", "y", "z"),
+    "image": ("ix", "iy", "iz"),
+    "velocity": ("vx", "vy", "vz"),
+    "omega": ("omegax", "omegay", "omegaz"),
+    "force": ("fx", "fy", "fz"),
+}
+
+
+class LammpsDump(StepFiles):
+    """A writer: LAMMPS dump files, ``grains_<step>.dump``, one a step. OVITO opens them as ``grains_*.dump``.
+
+    Atoms and types are numbered from 1, as LAMMPS demands: ``id`` is the id of the grain + 1, ``type`` its material + 1.
+    Columns: id type x y z ix iy iz vx vy vz omegax omegay omegaz fx fy fz radius mass, velocities at the full step n.
+    Numbers are written with as many digits as they have. 100,000 grains: 0.7 s, 29 MB.
+
+    Args:
+        directory: where; made if it does not exist.
+        due: trigger, a function of the step.
+    """
+
+    kind, suffix = "grains", "dump"
+
+    def collect(self, sim):
+        """Column name -> values, by ascending id."""
+        fields = grains_at_full_step(sim)
+        columns = {"id": fields["id"] + 1, "type": fields["material"] + 1}
+        for name, axes in _VECTORS.items():
+            columns |= zip(axes, fields[name].T)
+        return columns | {"radius": fields["radius"], "mass": fields["mass"]}
+
+    def put(self, path, content, sim):
+        """Write the file."""
+        with writing(path) as partial, open(partial, "w", encoding="ascii") as file:
+            file.write(_head(sim, content))
+            rows = zip(*(map(repr, column.tolist()) for column in content.values()))
+            file.writelines(f"{line}\n" for line in map(" ".join, rows))
+
+
+def _head(sim, columns):
+    low, high, periodic = sim.box.low.tolist(), sim.box.high.tolist(), sim.box.periodic
+    faces = " ".join("pp" if wraps else "ff" for wraps in periodic)
+    bounds = "".join(f"{a!r} {b!r}\n" for a, b in zip(low, high))
+    return (
+        f"ITEM: TIME\n{sim.time!r}\nITEM: TIMESTEP\n{sim.step_number}\nITEM: NUMBER OF ATOMS\n{len(columns['id'])}\n"
+        f"ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {' '.join(columns)}\n"
+    )

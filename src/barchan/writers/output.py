@@ -1,0 +1,98 @@
+"""How the writers of this room put files on the disk: rank 0 writes, and what it cannot write stops all ranks."""
+
+import os
+import re
+from pathlib import Path
+
+from barchan.errors import BarchanError, OutputError
+from barchan.parallel.guard import raise_together
+
+
+def write_on_first_rank(sim, path, write):
+    """Call ``write()`` on rank 0; all ranks must call this.
+
+    Args:
+        path: what is written, for the message; its directory is made if it does not exist.
+
+    Raises:
+        OutputError: the operating system refused (on rank 0; a RankError that quotes it on the others).
+    """
+    failure = None
+    if sim.comm.rank == 0:
+        try:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            write()
+        except BarchanError as error:
+            failure = error
+        except FileExistsError:
+            failure = OutputError(
+                f"step {sim.step_number}: {path} cannot be written: {Path(path).parent} is a file, not a directory. "
+                f"Choose another directory"
+            )
+        except OSError as error:
+            reason = os.strerror(error.errno) if error.errno else error
+            failure = OutputError(
+                f"step {sim.step_number}: {path} cannot be written: {reason}. What was there before is untouched. Make room, or "
+                f"choose a directory that can be written, then resume from the last checkpoint"
+            )
+    raise_together(sim.comm, failure)
+
+
+class StepFiles:
+    """The base of writers of one file a step, ``<kind>_<step>.<suffix>``.
+
+    The first write removes the files of later steps: they were left by a run that was killed after its last checkpoint, and
+    this run will write them again.
+
+    Args:
+        directory: where; made if it does not exist.
+        due: trigger, a function of the step.
+    """
+
+    kind = suffix = None
+
+    def __init__(self, directory, due):
+        self.directory, self.due, self._is_first = Path(directory), due, True
+
+    def write(self, sim):
+        """Write the present state.
+
+        Raises:
+            OutputError: the operating system refused; no part of a file is left.
+            SceneError: the state has no forces yet.
+        """
+        content = self.collect(sim)
+        path = self.directory / f"{self.kind}_{sim.step_number:012d}.{self.suffix}"
+
+        def write():
+            if self._is_first:
+                self.begin(sim.step_number)
+                self._is_first = False
+            self.put(path, content, sim)
+
+        write_on_first_rank(sim, path, write)
+
+    def collect(self, sim):
+        """What to write; called on all ranks."""
+        raise NotImplementedError
+
+    def put(self, path, content, sim):
+        """Write what ``collect`` returned to the file ``path``; called on rank 0."""
+        raise NotImplementedError
+
+    def begin(self, step):
+        """Put the directory in order before the first write, which is at ``step``; called on rank 0."""
+        for path in step_files(self.directory, self.kind, self.suffix):
+            if step_of(path) > step:
+                path.unlink()
+
+
+def step_of(path):
+    """The step in the name of a file that a ``StepFiles`` wrote."""
+    return int(path.stem.split("_")[1])
+
+
+def step_files(directory, kind, suffix):
+    """Paths of the files ``<kind>_<step>.<suffix>`` in a directory, by ascending step."""
+    name = re.compile(rf"{kind}_\d+\.{suffix}")
+    return sorted((path for path in Path(directory).glob(f"{kind}_*") if name.fullmatch(path.name)), key=step_of)
