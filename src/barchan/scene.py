@@ -83,15 +83,14 @@ class Scene(BaseModel):
         return str(value) if unit is None else units.written(value, unit)
 
     def rounded(self, name, value):
-        """A value of the parameter ``name`` for a table: four digits and its unit.
+        """A value of the parameter ``name`` for a table.
 
         >>> class Slope(Scene):
         ...     length: float = quantity(1.0, "m", "length of the floor", gt=0.0)
         >>> Slope().rounded("length", 0.123456)
-        '0.1235 m'
+        '123.5 mm'
         """
-        unit = _unit(type(self).model_fields[name])
-        return f"{value:.4g}" + (f" {unit}" if unit != "1" else "")
+        return units.readable(value, _unit(type(self).model_fields[name]))
 
     def fixed_part(self):
         """The parameters that a run cannot change once it has begun, as plain values."""

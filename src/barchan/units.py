@@ -77,6 +77,18 @@ def written(value, unit):
     return repr(float(value)) if unit == "1" else f"{float(value)!r} {unit}"
 
 
+def readable(value, unit):
+    """A number with its unit for a person: four digits, lengths and times in thousandths and millionths where they are small.
+
+    >>> readable(0.00448, "m"), readable(1e-5, "s"), readable(125584.0, "N/m"), readable(0.468, "1")
+    ('4.48 mm', '10 µs', '1.256e+05 N/m', '0.468')
+    """
+    if unit in ("m", "s") and value:
+        factor, prefix = next((f, p) for f, p in ((1.0, ""), (1e3, "m"), (1e6, "µ")) if abs(value) * f >= 1.0 or p == "µ")
+        return f"{value * factor:.4g} {prefix}{unit}"
+    return f"{value:.4g}" + (f" {unit}" if unit != "1" else "")
+
+
 def _normal(unit):
     return unit.replace(" ", "").replace("**", "^")
 

@@ -1,10 +1,14 @@
 """The examples run, and show what they say."""
 
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from barchan.compare import last_state
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -26,3 +30,12 @@ def test_grains_on_a_chute_move_faster_towards_the_surface():
     lower, upper = speed[height < 2.5].mean(), speed[height > 4.0].mean()
     assert 0.0 < lower < upper
     assert np.isfinite(speed).all()
+
+
+def test_the_avalanche_of_the_script_is_that_of_the_file(tmp_path):
+    command = [sys.executable, "-m", "barchan.cli", "run", str(EXAMPLES / "avalanche.toml"), "--out", str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True)
+    fields = last_state(tmp_path).fields
+    sim = example("avalanche")()
+    for name in ("position", "velocity", "omega", "force"):
+        assert np.array_equal(sim.grains.sorted_by_id(name), fields[name])

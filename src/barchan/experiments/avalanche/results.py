@@ -7,6 +7,7 @@ from barchan.experiments.avalanche.observe import STATIONS, stations
 from barchan.experiments.avalanche.parameters import PAPER, Outline
 from barchan.experiments.experiment import Check, Results
 from barchan.packing.lattice import mean_volume
+from barchan.units import readable
 from barchan.writers import read_table
 
 #: Mean kinetic energy of a grain at rest, relative to m g h with the height h of the block: what flows later is of that order.
@@ -32,7 +33,7 @@ def results(scene, directory):
     if series is None:
         return Results([("results", "none: the run is shorter than table_every")], _differences(scene), [])
     flow = {name: column[series["since release [s]"] > 0.0] for name, column in series.items()}
-    values = [("grains", f"{Outline.of(scene).flowing:,} flow at the start; time step {scene.simulated.dt:.3g} s")]
+    values = [("grains", f"{Outline.of(scene).flowing:,} flow at the start; time step {readable(scene.simulated.dt, 's')}")]
     if len(flow["step"]):
         values += [*_front(scene, flow), *_layers(scene, flow), *_jet(flow), *_energies(flow)]
     else:
@@ -131,9 +132,10 @@ def _checks(scene, series, flow, sittings):
         energy = (series["kinetic energy [J]"] + series["rotational energy [J]"])[rest][-1]
         mass = scene.density * mean_volume(grain.radius_min, grain.radius_max)
         ratio = energy / series["grains"][rest][-1] / (mass * scene.gravity * scene.height)
-        checks.append(Check("at rest before the release", f"{ratio:.1e} m g h a grain", f"{AT_REST:g}", bool(ratio <= AT_REST)))
+        checks.append(Check("at rest before the release", f"{ratio:.1e} m g h a grain", f"{AT_REST:g}", ratio <= AT_REST))
     stable = max((s.stable_dt or 0.0 for s in sittings), default=0.0)
-    checks.append(Check("time step", f"{grain.dt:.3g} s", f"{stable:.3g} s, the stable one", bool(grain.dt <= stable)))
+    if stable:  # a run that is under way, or was killed, has no record yet
+        checks.append(Check("time step", readable(grain.dt, "s"), f"{readable(stable, 's')}, the stable one", grain.dt <= stable))
     checks.append(_overlap_check(series, sittings))
     if len(flow["step"]):
         checks.append(_energy_check(scene, flow))
@@ -163,5 +165,5 @@ def _overlap_check(series, sittings):
         "overlap",
         f"largest seen {largest:.2f} % of a diameter; above 5 %: {share:.1e} of all contacts",
         f"20 %; {DEEP_SHARE:g}",
-        bool(share <= DEEP_SHARE),
+        share <= DEEP_SHARE,
     )
