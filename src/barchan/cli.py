@@ -1,6 +1,8 @@
 """The command ``barchan``."""
 
+import signal
 import sys
+from collections import Counter
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -85,12 +87,12 @@ def file(path: Path, threads: Threads = None, out: Out = None, set_: Set = None,
 @app.command()
 def check(path: Path):
     """Check a scene file, and say how large its run is; nothing is written. Exit code 2 if it cannot run."""
-    from barchan.experiments.session import prepared
+    from barchan.experiments.session import counted, prepared
 
     experiment, scene = _read(path)
     sim = prepared(experiment, scene, None, Journal())
     steps = f"{experiment.stages(scene)[-1].end:,} steps of {sim.dt:.4g} s (stable: {sim.stable_dt:.4g} s)"
-    typer.echo(f"{path} is sound: {experiment.name}, {sim.grains.n:,} grains, {steps}")
+    typer.echo(f"{path} is sound: {experiment.name}, {counted(sim)}, {steps}")
 
 
 @app.command()
@@ -99,7 +101,7 @@ def show(directory: Path):
     from barchan.experiments import summary
 
     experiment, scene = _read(directory / "scene.toml")
-    summary.show(experiment, scene, directory, Journal())
+    summary.show(experiment, scene, directory, Journal(stream=sys.stdout))
 
 
 @app.command("list")
@@ -172,7 +174,11 @@ def _assignments(experiment, texts):
     """Parameters from texts such as radius_max=1.12mm."""
     from barchan.scene import parse_assignment
 
-    return dict(parse_assignment(text, experiment.scene) for text in texts)
+    pairs = [parse_assignment(text, experiment.scene) for text in texts]
+    twice = [name for name, count in Counter(name for name, _ in pairs).items() if count > 1]
+    if twice:
+        raise SceneError(f"{', '.join(twice)} is given twice; give each parameter once")
+    return dict(pairs)
 
 
 def _whole_number(flag, text):
@@ -211,14 +217,22 @@ def _resume(experiment, directory, changes, refused, manner):
 
 def main():
     """Run the command; an expected error is one clear line and an exit code (2: bad input, 3: a failed run, 130: stopped)."""
+    signal.signal(signal.SIGINT, _interrupted)
     try:
         app()
     except BarchanError as error:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # an impatient user shall still read why it ended
         typer.echo(f"barchan: {error}", err=True)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        typer.echo("barchan: interrupted", err=True)
-        sys.exit(130)
+    except OSError as error:  # of a path that a user gave: too long, not to be entered, a directory where a file should be
+        typer.echo(f"barchan: {error.filename}: {error.strerror}", err=True)
+        sys.exit(2)
+
+
+def _interrupted(number, frame):
+    """Ctrl-C where no run is under way: before its first step, or while figures are drawn."""
+    typer.echo("barchan: interrupted; what was written is whole (barchan show DIR draws the figures of a finished run)", err=True)
+    sys.exit(130)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,13 @@
 """What a person sees while a simulation runs and when it has ended."""
 
+import io
 import sys
 import time
 from datetime import datetime
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import Progress, TextColumn
+from rich.table import Column
 
 #: Seconds between plain lines of progress: the first ones, and in long runs.
 FIRST_LINES, LATER_LINES = 5.0, 60.0
@@ -32,10 +34,21 @@ class Journal:
         """A line for the user; on a terminal the next line takes the place of one that is ``passing``."""
         on_terminal = self.console.is_terminal
         if on_terminal and self._passing:
-            self.console.file.write("\r\x1b[K")
+            self._put("\r\x1b[K")
         self._passing = passing
-        self.console.print(text, end="" if on_terminal and passing else "\n")
+        self._put(text + ("" if on_terminal and passing else "\n"))
         self.note(text)
+
+    def _put(self, text):
+        """Write to the user; that nobody reads any more (a closed pipe, a full disk) must not end a run."""
+        try:
+            if self.console.is_terminal and not text.startswith("\r"):
+                self.console.print(text, end="")  # knows of a progress line on the screen
+            else:
+                self.console.file.write(text)
+                self.console.file.flush()
+        except (OSError, ValueError, SystemExit):  # rich turns a closed pipe into an exit
+            self.console = Console(file=io.StringIO())
 
     def compiling(self, text):
         """A line about a kernel that is being compiled, or the last of them."""
@@ -44,8 +57,12 @@ class Journal:
     def note(self, text):
         """A line for the log only."""
         if self._log is not None:
-            self._log.write(f"{datetime.now().isoformat(timespec='seconds')}  {text}\n")
-            self._log.flush()
+            try:
+                self._log.write(f"{datetime.now().isoformat(timespec='seconds')}  {text}\n")
+                self._log.flush()
+            except OSError as error:
+                self._log = None
+                self.say(f"warning: the log ends here, it cannot be written: {error.strerror}")
 
     def close(self):
         """End the log."""
@@ -55,7 +72,9 @@ class Journal:
 
 
 class ProgressLine:
-    """One line that tells phase, step, simulated time, speed and time left; plain lines where there is no terminal.
+    """One line that tells phase, time left, step, simulated time and speed; plain lines where there is no terminal.
+
+    What matters most stands first: a narrow terminal cuts the end.
 
     Used as a writer of a simulation.
 
@@ -71,9 +90,9 @@ class ProgressLine:
         self.recent = (self.began, first)
         self._bar = self._task = None
         if journal.console.is_terminal:
-            columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TextColumn("{task.fields[text]}"))
-            self._bar = Progress(*columns, console=journal.console, transient=True)
-            self._task = self._bar.add_task(phases[0][0], total=max(self.last - first, 1), text="")
+            column = TextColumn("{task.fields[text]}", table_column=Column(no_wrap=True, overflow="ellipsis"))
+            self._bar = Progress(column, console=journal.console, transient=True)
+            self._task = self._bar.add_task("", text="")
             self._bar.start()
 
     def due(self, step):
@@ -95,18 +114,18 @@ class ProgressLine:
         if now - then > 10.0:
             self.recent = (now, step)
         phase = next((name for name, end in self.phases if step <= end), self.phases[-1][0])
+        left = clock((self.last - step) / max(rate, 1e-9))
         text = (
-            f"step {step:,}/{self.last:,}  t = {sim.time:.4f}  {rate:,.0f} steps/s  {rate * sim.grains.n:.3g} grain-steps/s  "
-            f"{clock((self.last - step) / max(rate, 1e-9))} left"
+            f"{phase}: {100 * step / max(self.last, 1):3.0f} %  {left} left  step {step:,}/{self.last:,}  t = {sim.time:.4f} s  "
+            f"{rate:,.0f} steps/s  {rate * sim.grains.n:.2e} grain-steps/s"
         )
-        line = f"{phase}: {100 * (step - self.first) / max(self.last - self.first, 1):3.0f} %  {text}"
         if self._bar is None:
-            self.journal.say(line)
+            self.journal.say(text)
         else:
-            self._bar.update(self._task, description=phase, completed=step - self.first, text=text)
+            self._bar.update(self._task, text=text)
             if now - self._last_line > LATER_LINES:
                 self._last_line = now
-                self.journal.note(line)
+                self.journal.note(text)
 
     def close(self):
         """Take the line away."""

@@ -31,8 +31,12 @@ class RunDirectory:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise SceneError(f"run directory {self.path} is in use by another run; wait for it or choose another --out") from None
-        for unfinished in self.path.rglob(".*.partial"):
-            unfinished.unlink(missing_ok=True)  # left by a run that was killed while it wrote
+
+    def sweep(self):
+        """Remove unfinished files, which a run leaves that is killed while it writes. Only where this directory holds a run."""
+        for place in (self.path, *(self.path / name for name in ("checkpoints", "tables", "frames", "figures"))):
+            for unfinished in place.glob(".*.partial"):
+                unfinished.unlink(missing_ok=True)
 
     @property
     def scene_file(self):
@@ -53,6 +57,11 @@ class RunDirectory:
     def has_checkpoints(self):
         """True if a run has got somewhere in here."""
         return bool(all_checkpoints(self.checkpoints))
+
+    @property
+    def is_foreign(self):
+        """True if there are files in here, but no scene."""
+        return not self.scene_file.exists() and any(entry.name != ".lock" for entry in self.path.iterdir())
 
     def claim(self, experiment, scene, ran_with):
         """Write the scene, or find the same one there.

@@ -62,7 +62,7 @@ class Simulation(Assembly):
         self.notes = {}
         self.touching = self.large_overlaps = 0
         self.staleness, self.ghosts = Staleness(), Ghosts(self.comm, self.topology)
-        self.clock, self.stop_requested, self._stopping = Stopwatch(), False, False
+        self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
         self._fault = self._loops = self._table = self._checked_dt = self._list_skin = self.stable_dt = None
         self._complete = True
 
@@ -89,6 +89,7 @@ class Simulation(Assembly):
         preflight.check_prepared("step", self._loops, self._primed)
         use_threads(self.threads, self.grains.n)
         self.clock.start()
+        self._in_step = True
         motion = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
             wall.move(self.dt)  # walls: n -> n+1
@@ -103,7 +104,7 @@ class Simulation(Assembly):
             self.ghosts.update(self.grains, self.law.reads)
         self.clock.lap("neighbours")
         self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
-        self._primed = True
+        self._primed, self._in_step = True, False
         self.clock.lap("forces")
         self._write()
         self.clock.lap("output")
@@ -177,6 +178,13 @@ class Simulation(Assembly):
             SceneError: something cannot be run; the message says what, where, and what to do.
         """
         use_threads(self.threads, self.grains.n)
+        if self._in_step:
+            warnings.warn(
+                f"step {self.step_number} was broken off by an error; its forces are computed anew, and the run will not have "
+                f"the bits of one that was not. A checkpoint has them",
+                stacklevel=3,
+            )
+            self._primed = self._in_step = False
         self._take_up_edits()
         if not (self._primed and self._listed):
             raise_together(self.comm, preflight.fault(self))
@@ -274,8 +282,8 @@ class Simulation(Assembly):
         if large and not self.large_overlaps:
             warnings.warn(
                 f"step {self.step_number}: {large} contact(s) overlap by more than {100 * ALLOWED_OVERLAP:g} % of the smaller "
-                f"diameter; a stiffer material or a smaller dt is closer to hard grains",
-                stacklevel=2,
+                f"diameter; a stiffer material is closer to hard grains",
+                stacklevel=5,  # the line that called run()
             )
         self.large_overlaps += large
 
@@ -284,7 +292,7 @@ class Simulation(Assembly):
             self._stop()
 
     def _stop(self):
-        fault, self._fault, self._primed = self._fault, None, False  # in the middle of a step: forces are those of the last one
+        fault, self._fault = self._fault, None
         raise_together(self.comm, fault)
 
     def _break_off(self):
@@ -316,6 +324,8 @@ class Simulation(Assembly):
     def take_up_changes(self):
         """Note what users changed since the last run, so that a checkpoint knows whether its forces are current."""
         self._take_up_edits()
+        if self._in_step:  # broken off: the forces are those of the step before
+            self._primed = False
         if self._table is not None and not np.array_equal(self.materials.table(self.law), self._table):
             self._primed = False
 

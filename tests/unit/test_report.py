@@ -40,9 +40,9 @@ def test_a_plain_line_tells_phase_share_step_time_speeds_and_time_left(time):
     assert shown(line, at(320)) == "", "not before five seconds"
     time.seconds = 8.0
     text = shown(line, at(1008))
-    assert text == "flow:  29 %  step 1,008/3,000  t = 0.1008  101 steps/s  5.05e+04 grain-steps/s  0:19 left\n"
+    assert text == "flow:  34 %  0:19 left  step 1,008/3,000  t = 0.1008 s  101 steps/s  5.05e+04 grain-steps/s\n"
     assert shown(line, at(1024)) == "", "not again at once"
-    assert "flow: 100 %  step 3,000/3,000" in shown(line, at(3000)), "the last step always"
+    assert "flow: 100 %  0:00 left  step 3,000/3,000" in shown(line, at(3000)), "the last step always"
 
 
 def test_long_runs_print_fewer_lines(time):
@@ -65,7 +65,7 @@ def test_on_a_terminal_the_line_is_drawn_in_place_and_logged_now_and_then(time, 
     time.seconds = 70.0
     line.write(at(1600))
     line.close()
-    assert "step 1,600/3,000" in journal.console.file.getvalue()
+    assert "flow:  53 %" in journal.console.file.getvalue() and "step 1,600/3,000" in journal.console.file.getvalue()
     assert "flow:  53 %" in (tmp_path / "log.txt").read_text()
 
 
@@ -109,3 +109,13 @@ def test_a_damaged_record_counts_as_none(tmp_path, content):
     assert record.lines(path) == ["no record of how this run went"]
     record.add(path, sitting(0, 1, 1.0))
     assert len(json.loads(path.read_text())["sittings"]) == 1
+
+
+def test_a_narrow_terminal_cuts_the_end_of_the_line_only(time):
+    journal = Journal(stream=io.StringIO())
+    journal.console = Console(file=journal.console.file, force_terminal=True, width=40)
+    line = ProgressLine(PHASES, 0, journal)
+    time.seconds = 8.0
+    line.write(at(1600))
+    line.close()
+    assert "flow:  53 %  0:07 left" in journal.console.file.getvalue()

@@ -7,6 +7,7 @@ import pytest
 from scenes import NOTHING, SOFT, fingerprint, pile, simulation
 
 import barchan as bc
+from barchan.checkpoint import read_state, save
 from barchan.errors import SceneError
 from barchan.measure import contact_table
 from barchan.parallel import virtual_ranks
@@ -256,3 +257,28 @@ def test_grains_that_an_action_adds_within_a_step_are_felt_in_that_step():
     assert sim.grains.force[sim.grains.row_of(0), 0] == pytest.approx(-1000.0 * 0.02, rel=1e-9)
     sim.run(40)
     assert sim.grains.velocity[sim.grains.row_of(2), 0] > 0.0
+
+
+def test_a_step_that_an_error_broke_off_is_not_taken_for_whole(tmp_path):
+    """An action raises once: the state is told apart from a sound one, in a checkpoint too, and going on warns."""
+
+    class Trip:
+        def due(self, step):
+            return step == 20
+
+        def apply(self, sim):
+            if not self.tripped:
+                self.tripped = True
+                raise RuntimeError("tripped")
+
+        tripped = False
+
+    sim = pile()
+    sim.actions = [Trip()]
+    with pytest.raises(RuntimeError, match="tripped"):
+        sim.run(50)
+    save(sim, tmp_path / "broken.h5")
+    assert not read_state(tmp_path / "broken.h5").about["forces_are_current"]
+    with pytest.warns(UserWarning, match="step 20 was broken off"):
+        sim.run(30)
+    assert sim.step_number == 50

@@ -1,5 +1,6 @@
 """Runs an experiment in a directory: checks first, then scene, progress, checkpoints, summary; and resumes it."""
 
+import shlex
 import signal
 import time
 import warnings
@@ -14,6 +15,7 @@ from barchan.report import ProgressLine
 from barchan.rundir import RunDirectory
 from barchan.triggers import Every
 from barchan.warmup import compile_law
+from barchan.writers import read_table
 
 
 class Manner(NamedTuple):
@@ -36,13 +38,15 @@ def start(experiment, scene, path, manner, journal):
     sim = prepared(experiment, scene, manner.threads, journal)
     directory = RunDirectory(path)
     try:
+        if directory.is_foreign:
+            raise SceneError(f"{path} holds other files, and no run; choose an empty directory, or a new one, with --out")
         if directory.has_checkpoints:
             raise SceneError(
                 f"run directory {path} already holds a run. Use --resume {path} to continue it, or choose another --out"
             )
         directory.claim(experiment.name, scene, record.versions())
         journal.keep(directory.path / "log.txt")
-        journal.say(f"starting in {path}: {sim.grains.n:,} grains, {experiment.stages(scene)[-1].end:,} steps")
+        journal.say(f"starting in {path}: {counted(sim)}, {experiment.stages(scene)[-1].end:,} steps")
         _run(experiment, scene, sim, directory, manner, journal)
     finally:
         directory.release()
@@ -59,18 +63,25 @@ def resume(experiment, scene, path, manner, journal):
         journal.keep(directory.path / "log.txt")
         sim = experiment.build(scene, manner.threads, with_grains=False)
         compile_law(sim.law, sim.materials.list, journal.compiling)
+        directory.sweep()
         found, complaints = directory.resume(sim)
         for complaint in complaints:
             journal.say(f"warning: {complaint}")
+        if complaints and not found:
+            raise SceneError(
+                f"no checkpoint in {path} is sound; remove {directory.checkpoints} to start again from the beginning"
+            )
         if not found:
-            journal.say(f"{'no sound checkpoint' if complaints else 'no checkpoint yet'} in {path}: starting again")
+            journal.say(f"no checkpoint yet in {path}: starting again")
             sim = prepared(experiment, scene, manner.threads, journal)
         _check_same(scene, sim, directory)
+        for table in sorted((directory.path / "tables").glob("*.csv")):
+            read_table(table)  # a damaged one is named before the first step, not after the last
         if sim.step_number >= experiment.stages(scene)[-1].end:
             journal.say(f"the run in {path} is finished, at step {sim.step_number:,}; give a longer --duration to continue it")
         else:
             directory.rewrite(experiment.name, scene, record.versions())
-            journal.say(f"resuming in {path}: {sim.grains.n:,} grains, step {sim.step_number:,}")
+            journal.say(f"resuming in {path}: {counted(sim)}, step {sim.step_number:,}")
             _run(experiment, scene, sim, directory, manner, journal)
     finally:
         directory.release()
@@ -82,6 +93,12 @@ def prepared(experiment, scene, threads, journal):
     compile_law(sim.law, sim.materials.list, journal.compiling)
     sim.prepare()
     return sim
+
+
+def counted(sim):
+    """How many grains there are, for a person."""
+    immobile = int((sim.grains.view("frozen") == 1).sum())
+    return f"{sim.grains.n - immobile:,} grains that move, {immobile:,} immobile ones"
 
 
 def _check_same(scene, sim, directory):
@@ -103,19 +120,31 @@ def _run(experiment, scene, sim, directory, manner, journal):
     progress = ProgressLine([(stage.name, stage.end) for stage in stages], sim.step_number, journal)
     sim.writers = [*experiment.instruments(scene, directory.path), checkpoints, progress]
     sitting = record.Sitting(sim)
-    try:
-        with stopped_by_signals(sim), told_warnings(journal):
+    with stopped_by_signals(sim), told_warnings(journal):
+        try:
             _stages(stages, sim, sitting)
-        checkpoints.write(sim)
-    except Interrupted as stop:
-        checkpoints.write(sim)
-        raise Interrupted(f"{stop}; continue with: barchan run {experiment.name} --resume {directory.path}") from None
-    except RunError as error:
-        raise type(error)(f"{error}. {_last_state(sim, directory)}") from None
-    finally:
-        progress.close()
-        record.add(directory.record, sitting.account(sim))
+            checkpoints.write(sim)
+        except Interrupted as stop:
+            checkpoints.write(sim)
+            text = f"{stop}; continue with: barchan run {experiment.name} --resume {shlex.quote(str(directory.path))}"
+            journal.note(text)
+            raise Interrupted(text) from None
+        except RunError as error:
+            text = f"{error}. {_last_state(sim, directory)}"
+            journal.note(text)
+            raise type(error)(text) from None
+        finally:
+            progress.close()
+            _keep_record(directory, sitting.account(sim), journal)
     summary.show(experiment, scene, directory.path, journal)
+
+
+def _keep_record(directory, account, journal):
+    """Add to the record; that it cannot be written must not hide why a run has ended."""
+    try:
+        record.add(directory.record, account)
+    except OSError as error:
+        journal.say(f"warning: {directory.record} cannot be written: {error.strerror}")
 
 
 def _stages(stages, sim, sitting):
@@ -151,11 +180,13 @@ def told_warnings(journal):
 
 @contextmanager
 def stopped_by_signals(sim):
-    """Ctrl-C, or a batch system's SIGTERM, ends the run after the step at hand; a second one ends it at once."""
+    """Ctrl-C, or a batch system's SIGTERM, ends the run after the step at hand; more of them change nothing."""
+
+    asked = []
 
     def stop(number, frame):
         sim.stop_requested = True
-        signal.signal(number, before[number])
+        asked.append(number)
 
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -163,5 +194,5 @@ def stopped_by_signals(sim):
             signal.signal(number, stop)
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, handler in before.items():  # once asked, the program is about to end and shall say so
+            signal.signal(number, signal.SIG_IGN if asked else handler)

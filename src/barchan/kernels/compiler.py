@@ -6,6 +6,8 @@ sources. It is set only while a kernel is being declared: a user's own compiled 
 
 import hashlib
 import os
+import sys
+import tempfile
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -26,9 +28,24 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 def cache_root():
     """Directory of everything compiled: ``$BARCHAN_CACHE_DIR`` or the user's cache directory."""
     chosen = os.environ.get("BARCHAN_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "barchan"
+    return _usable(chosen or os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "barchan"))
+
+
+@lru_cache
+def _usable(root):
+    """The directory ``root``, or a temporary one where ``root`` cannot be written."""
+    try:
+        os.makedirs(root, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root):
+            return Path(root)
+    except OSError as error:
+        other = tempfile.mkdtemp(prefix="barchan-")
+        print(
+            f"barchan: compiled code cannot be kept in {root} ({error.strerror}); it goes to {other}, and the next start "
+            f"compiles again. Set BARCHAN_CACHE_DIR to a directory that can be written",
+            file=sys.stderr,
+        )
+        return Path(other)
 
 
 @lru_cache(maxsize=1)

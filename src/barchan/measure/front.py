@@ -52,7 +52,7 @@ class Front:
         )
         farthest = float(sim.comm.maximum([x.max(initial=-np.inf)])[0])
         self.foremost = farthest if np.isfinite(farthest) else 0.0
-        self.mass_99 = quantile(columns, volume, 0.99)
+        self.mass_99 = min(quantile(columns, volume, 0.99), self.foremost)
         least = self.thickness
         if least is None and count.sum():
             least = volume.sum() * count.sum() / diameter.sum() ** 2

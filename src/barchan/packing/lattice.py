@@ -29,9 +29,7 @@ def mean_volume(radius_min, radius_max):
     >>> round(mean_volume(1.0, 1.0) / (4 / 3 * pi), 12)
     1.0
     """
-    if radius_min == radius_max:
-        return 4.0 / 3.0 * pi * radius_min**3
-    return 4.0 / 3.0 * pi * (radius_max**4 - radius_min**4) / (4.0 * (radius_max - radius_min))
+    return pi / 3.0 * (radius_min + radius_max) * (radius_min**2 + radius_max**2)
 
 
 def cell_edge(kind, void_fraction, radius_min, radius_max):

@@ -24,16 +24,18 @@ def figures(scene, directory):
     if series is None or not (series["since release [s]"] > 0.0).any():
         return
     flow = {name: column[series["since release [s]"] > 0.0] for name, column in series.items()}
-    shown = _snapshots_there(scene, directory)
-    if shown:
-        yield snapshots(scene, shown, out / "snapshots.png")
     yield front(scene, flow, out / "front.png")
     yield layers(scene, flow, out / "moving_layer.png")
     yield energies(flow, out / "energy.png")
-    yield jet(flow, out / "jet.png")
-    profiles = directory / "tables" / "profiles.csv"
-    if profiles.exists():
-        yield profile_figure(scene, read_table(profiles), out / "profiles.png")
+    if flow["jet volume [m^3]"].any():
+        yield jet(flow, out / "jet.png")
+    path = directory / "tables" / "profiles.csv"
+    profiles = read_table(path) if path.exists() else {"step": ()}
+    if len(profiles["step"]):
+        yield profile_figure(scene, profiles, out / "profiles.png")
+    shown = _snapshots_there(scene, directory)
+    if shown:
+        yield snapshots(scene, shown, out / "snapshots.png")
 
 
 def _snapshots_there(scene, directory):
@@ -58,7 +60,8 @@ def snapshots(scene, shown, path):
     margin = 2.0 * outline.edge
     pictures = [(since, read_grain_frame(file).fields) for since, file in shown]
     speeds = [np.sqrt((frame["velocity"] ** 2).sum(axis=1)) for _, frame in pictures]
-    top = 1.05 * max(np.quantile(frame["position"][frame["part"] == FLOWING, 2], 0.9995) for _, frame in pictures)
+    heights = [frame["position"][frame["part"] == FLOWING, 2] for _, frame in pictures]
+    top = 1.05 * max((np.quantile(height, 0.9995) for height in heights if len(height)), default=0.0)
     fastest = max(np.quantile(speed, 0.999) for speed in speeds)
     x_end, z_end = (outline.floor + 2) * outline.edge, max(top, 1.25 * scene.height)
     rows = (len(pictures) + 1) // 2
@@ -73,6 +76,8 @@ def snapshots(scene, shown, path):
             axis.set_title(f"({chr(97 + number)})  {since:.2f} s", loc="left", fontsize=9)
             axis.set(xlim=(-1e3 * margin, 1e3 * (x_end + margin)), ylim=(-1e3 * margin, 1e3 * z_end), aspect="equal")
             axis.grid(False)
+        for axis in axes.ravel()[len(pictures) :]:
+            axis.set_visible(False)
         for axis in axes[-1]:
             axis.set_xlabel("along the floor [mm]")
         for axis in axes[:, 0]:
@@ -83,12 +88,12 @@ def snapshots(scene, shown, path):
 
 
 def _gravity_arrow(axis, scene):
-    tilt = np.radians(scene.angle)
-    axis.annotate(
-        "", xytext=(0.80, 0.95), xycoords="axes fraction", textcoords="axes fraction",
-        xy=(0.80 + 0.06 * np.sin(tilt), 0.95 - 0.22 * np.cos(tilt)), arrowprops={"arrowstyle": "->"},
-    )  # fmt: skip
-    axis.text(0.86, 0.78, "g", transform=axis.transAxes, style="italic")
+    """Which way gravity points in the frame of the floor, drawn in the free corner above the lower end."""
+    tilt, (low, high), (bottom, top) = np.radians(scene.angle), axis.get_xlim(), axis.get_ylim()
+    length, start = 0.45 * (top - bottom), (low + 0.78 * (high - low), bottom + 0.92 * (top - bottom))
+    end = (start[0] + length * np.sin(tilt), start[1] - length * np.cos(tilt))
+    axis.annotate("", xytext=start, xy=end, arrowprops={"arrowstyle": "-|>", "color": "black", "shrinkA": 0, "shrinkB": 0})
+    axis.text(end[0] + 0.15 * length, end[1], "g", style="italic", va="center")
 
 
 def front(scene, flow, path):
@@ -113,12 +118,9 @@ def layers(scene, flow, path):
     """Thickness of the moving layer at the stations against time."""
     with figure(path) as (_, axis):
         for name, x, line in zip(STATIONS, stations(scene), ("-", "--", ":")):
-            axis.plot(
-                1e3 * flow["since release [s]"],
-                1e3 * flow[f"moving layer {name} [m]"],
-                line,
-                label=f"{name}, x = {1e3 * x:.0f} mm",
-            )
+            layer = flow[f"moving layer {name} [m]"]
+            shown = np.where(layer > 0.0, 1e3 * layer, np.nan)  # there is nothing to show before grains arrive
+            axis.plot(1e3 * flow["since release [s]"], shown, line, label=f"{name}, x = {1e3 * x:.0f} mm")
         axis.set(xlabel="time after the release [ms]", ylabel="moving layer [mm]")
         axis.legend()
     return path

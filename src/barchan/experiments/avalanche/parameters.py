@@ -1,6 +1,6 @@
 """What an avalanche is made of: every parameter with its unit, its bounds and the paper's value."""
 
-from math import sqrt
+from math import ceil, floor, sqrt
 from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field, model_validator
@@ -34,7 +34,7 @@ class Avalanche(Scene):
     radius_max: float = quantity(1.12e-3, "m", "largest radius", gt=0.0, le=1e2)
     void_fraction: float = quantity(0.468, "1", "void fraction of the lattice at the start", gt=0.0, lt=1.0)
     lattice: Literal["bcc", "fcc", "sc"] = Field("bcc", description="lattice at the start")
-    density: float = quantity(1700.0, "kg/m^3", "density of the grains; derived, the paper omits it", gt=0.0, le=1e6)
+    density: float = quantity(1700.0, "kg/m^3", "density of the grains; derived, the paper omits it", ge=1e-3, le=1e6)
     kn: float = quantity(7849.0, "N/m", "normal stiffness", gt=0.0, le=1e15)
     kt: float = quantity(2243.0, "N/m", "tangential stiffness", gt=0.0, le=1e15)
     gamma_n: float = quantity(3401.0, "1/s", "normal damping", ge=0.0, le=1e12)
@@ -42,7 +42,7 @@ class Avalanche(Scene):
     friction: float = quantity(1.0, "1", "friction coefficient", ge=0.0, le=1e3)
     gravity: float = quantity(9.81, "m/s^2", "acceleration of gravity", gt=0.0, le=1e6)
     angle: float = quantity(31.2, "deg", "angle of the floor after the release", gt=0.0, lt=90.0)
-    dt: float = quantity(5e-6, "s", "time step, for grains of the radii given", gt=0.0, le=1.0)
+    dt: float = quantity(5e-6, "s", "time step, for grains of the radii given", ge=1e-12, le=1.0)
     equilibrate: float = quantity(0.3, "s", "time in the horizontal position", ge=0.0, le=1e4)
     duration: float = quantity(0.7, "s", "time after the release", ge=0.0, le=1e4)
     frame_every: float = quantity(0.02, "s", "time between frames of grains after the release", gt=0.0, le=1e4)
@@ -94,9 +94,9 @@ class Avalanche(Scene):
             SceneError: the grains would be too large or too small.
         """
         fine = Outline.of(self.model_copy(update={"coarse_graining": 1.0})).flowing
-        fewest, most = (fine / scale**2 for scale in (LARGEST, SMALLEST))
+        fewest, most = ceil(fine / LARGEST**2), floor(fine / SMALLEST**2)
         if not fewest <= count <= most:
-            raise SceneError(f"grains = {count:,}: this outline takes {fewest:,.0f} to {most:,.0f} of them")
+            raise SceneError(f"grains = {count:,}: this outline takes {fewest:,} to {most:,} of them")
         return type(self).make(self.model_dump() | {"coarse_graining": sqrt(fine / count)})
 
 
@@ -139,6 +139,17 @@ class Outline(NamedTuple):
         across, length, height = (max(1, round(size / edge)) for size in (grain.width, scene.length, scene.height))
         floor, end_wall = max(length + 2, round(scene.floor / edge)), round(scene.end_wall / edge)
         return cls(edge, across, length, height, floor, end_wall, per_cell(scene.lattice) * across * length * height)
+
+    @property
+    def side_walls(self):
+        """Height of the left and of the right wall, in cells."""
+        return self.height + self.height // 4
+
+    @property
+    def immobile(self):
+        """Number of grains of floor and walls."""
+        in_a_layer_of_cells = self.flowing // (self.length * self.height)
+        return in_a_layer_of_cells * (self.floor + 2 + 2 * self.side_walls + self.end_wall)
 
 
 #: Parameters of the paper's Figure 3 that differ from the defaults, which are for a run of minutes.

@@ -42,7 +42,8 @@ def build(scene, threads=None, comm=None, with_grains=True):
     Raises:
         SceneError: the lattice would overlap, or the box is too narrow.
     """
-    check_memory(Outline.of(scene).flowing)
+    outline = Outline.of(scene)
+    check_memory(outline.flowing + outline.immobile)
     box, grain = box_of(scene), scene.simulated
     sand = Material(
         "sand",
@@ -57,10 +58,10 @@ def build(scene, threads=None, comm=None, with_grains=True):
     sim.add_field("part", dtype=np.uint8)
     sim.actions = [
         Outlet("over the end wall", (box.high[0] - grain.radius_max, 0, 0), (1, 0, 0), Every(OUTLET_STEPS)),
+        Outlet("below", (0, 0, box.low[2] + grain.radius_max), (0, 0, -1), Every(OUTLET_STEPS)),
         Outlet("above", (0, 0, box.high[2] - grain.radius_max), (0, 0, 1), Every(OUTLET_STEPS)),
     ]
     if with_grains:
-        outline = Outline.of(scene)
         for part, low, cells in _blocks(outline):
             points = lattice(scene.lattice, outline.edge, np.array(low) * outline.edge, cells)
             numbers = sim.next_id + np.arange(len(points))
@@ -70,7 +71,7 @@ def build(scene, threads=None, comm=None, with_grains=True):
 
 def _blocks(outline):
     """(part, corner, size) of the block of grains and of the walls around it, two layers of grains each, in cells."""
-    across, wall = outline.across, outline.height + outline.height // 4
+    across, wall = outline.across, outline.side_walls
     yield FLOWING, (0, 0, 0), (outline.length, across, outline.height)
     yield FIXED, (-1, 0, -1), (outline.floor + 2, across, 1)
     yield FIXED, (-1, 0, 0), (1, across, wall)
