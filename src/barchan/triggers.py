@@ -1,6 +1,23 @@
 """When something is due: every n steps, at one step, or as any function of the step says."""
 
+from numbers import Integral
+
 from barchan.errors import SceneError
+
+
+def _whole(value):
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+def trigger(due, what):
+    """``due``, if it can be asked.
+
+    Raises:
+        SceneError: it is no function of the step.
+    """
+    if not callable(due):
+        raise SceneError(f"{what}: due = {due!r} must be a trigger, such as barchan.Every(1000), or any function of the step")
+    return due
 
 
 class Every:
@@ -11,8 +28,9 @@ class Every:
     """
 
     def __init__(self, period, start=0):
-        if int(period) < 1:
-            raise SceneError(f"Every: period = {period!r} [steps] must be at least 1")
+        for name, value, least in (("period", period, 1), ("start", start, 0)):
+            if not _whole(value) or value < least:
+                raise SceneError(f"Every: {name} = {value!r} [steps] must be a whole number of at least {least}")
         self.period, self.start = int(period), int(start)
 
     def __call__(self, step):
@@ -28,6 +46,9 @@ class At:
     """
 
     def __init__(self, *steps):
+        wrong = [step for step in steps if not _whole(step)]
+        if wrong:
+            raise SceneError(f"At: step {wrong[0]!r} must be a whole number")
         self.steps = frozenset(int(step) for step in steps)
 
     def __call__(self, step):

@@ -149,3 +149,18 @@ def test_more_grains_than_the_memory_holds_are_refused(monkeypatch):
     check_memory(2_000_000)
     with pytest.raises(SceneError, match=r"3,000,000 grains need about 5 GB of memory; this machine has 4 GB"):
         check_memory(3_000_000)
+
+
+def test_a_dashpot_too_strong_for_the_time_step_is_refused():
+    """In one step m_eff/c the dashpot takes the whole relative velocity: F = -c v, c = gamma m_eff for the linear law."""
+
+    def run(dt):
+        tough = bc.Material("tough", density=1.0, kn=1e-3, kt=1e-3, gamma_n=50.0, friction=0.5)
+        sim = bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bc.laws.linear, tough, dt=dt)
+        sim.add_grains([(3, 3, 3), (4.9, 3, 3)], 1.0)
+        sim.prepare()
+        return sim
+
+    assert run(0.0199).stable_dt == pytest.approx(1.0 / 50.0, rel=1e-6)
+    with pytest.raises(SceneError, match="m_eff/c"):
+        run(0.0201)

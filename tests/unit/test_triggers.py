@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from barchan import At, Every
 from barchan.errors import SceneError
+from barchan.triggers import trigger
 
 pytestmark = pytest.mark.nojit
 
@@ -24,3 +25,17 @@ def test_at_is_due_at_its_steps_only(steps, step):
 def test_every_refuses_a_period_that_never_passes(period):
     with pytest.raises(SceneError, match=f"period = {period}"):
         Every(period)
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: Every(2.7), lambda: Every(float("nan")), lambda: Every(True), lambda: Every(3, -1), lambda: At(1.5)]
+)
+def test_steps_are_whole_numbers(make):
+    with pytest.raises(SceneError, match="whole number"):
+        make()
+
+
+def test_what_cannot_be_asked_is_no_trigger():
+    with pytest.raises(SceneError, match=r"table a.csv: due = 5 must be a trigger, such as barchan.Every"):
+        trigger(5, "table a.csv")
+    assert trigger(Every(3), "x")(3)

@@ -5,6 +5,7 @@ import numpy as np
 from barchan.domain import numbers
 from barchan.errors import SceneError
 from barchan.kernels.exact_sum import exact_sum
+from barchan.triggers import trigger
 
 
 class Outlet:
@@ -24,7 +25,7 @@ class Outlet:
     """
 
     def __init__(self, name, point, normal, due):
-        self.name, self.due = name, due
+        self.name, self.due = str(name), trigger(due, f"outlet '{name}'")
         self.point, self.normal = (numbers(f"outlet '{name}'", value, "length") for value in (point, normal))
         for what, value in (("point", self.point), ("normal", self.normal)):
             if value.shape != (3,) or not np.isfinite(value).all() or (what == "normal" and not value.any()):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from barchan.errors import BarchanError, OutputError
 from barchan.parallel.guard import raise_together
+from barchan.triggers import trigger
 
 
 def write_on_first_rank(sim, path, write):
@@ -52,7 +53,8 @@ class StepFiles:
     kind = suffix = None
 
     def __init__(self, directory, due):
-        self.directory, self.due, self._is_first = Path(directory), due, True
+        self.directory, self._is_first = Path(directory), True
+        self.due = trigger(due, f"{type(self).__name__} in {directory}")
 
     def write(self, sim):
         """Write the present state.

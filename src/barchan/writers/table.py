@@ -8,6 +8,7 @@ import numpy as np
 
 from barchan.atomic import writing
 from barchan.errors import OutputError, ResultError
+from barchan.triggers import trigger
 from barchan.writers.output import write_on_first_rank
 
 #: The first two columns of every table.
@@ -30,7 +31,7 @@ class Table:
     """
 
     def __init__(self, path, due, columns):
-        self.path, self.due, self.columns = Path(path), due, columns
+        self.path, self.due, self.columns = Path(path), trigger(due, f"table {path}"), columns
         self._names, self._is_first = None, True
 
     def write(self, sim):

@@ -161,8 +161,10 @@ def profile_figure(scene, profiles, path):
             for time, line in zip(times, ("-", "--", ":")):
                 rows = (since == time) & np.isclose(profiles["station [m]"], x)
                 height = 1e3 * profiles["z [m]"][rows]
-                axes[0, column].plot(profiles["velocity [m/s]"][rows], height, line, label=f"{time:.2f} s")
-                axes[1, column].plot(profiles["solid fraction [1]"][rows], height, line, label=f"{time:.2f} s")
+                solid = profiles["solid fraction [1]"][rows]
+                velocity = np.where(solid > 0.0, profiles["velocity [m/s]"][rows], np.nan)  # nothing moves where nothing is
+                axes[0, column].plot(velocity, height, line, label=f"{time:.2f} s")
+                axes[1, column].plot(solid, height, line, label=f"{time:.2f} s")
             axes[0, column].set(title=f"{name}, x = {1e3 * x:.0f} mm", xlabel="velocity along the floor [m/s]")
             axes[1, column].set(xlabel="solid fraction [1]")
         for row in axes:
