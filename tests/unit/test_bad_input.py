@@ -121,6 +121,8 @@ def test_every_attribute_that_exists_can_be_set():
     sim.max_overlap, sim.skin, sim.dt, sim.gravity, sim.check_dt, sim.notes = 0.3, 0.2, 5e-4, (0, 0, -1.0), False, {"run": 1}
     sim.actions, sim.writers, sim.threads = [], [], 1
     sim.run(1)
+    assert (sim.time, sim.max_overlap, sim.notes) == (5e-4, 0.3, {"run": 1})
+    assert sim.grains.velocity[0, 2] == pytest.approx(-0.5 * 5e-4 - 0.5 * 5e-4)
 
 
 @pytest.mark.parametrize("call", [lambda sim: sim.step(), lambda sim: sim.rebuild(), lambda sim: sim.compute_forces(0.0)])
