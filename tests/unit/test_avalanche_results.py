@@ -107,6 +107,21 @@ def test_a_check_fails_when_it_should(tmp_path, name, changes, account):
     assert failed(tmp_path) == [name]
 
 
+def test_tangential_springs_may_give_back_what_they_held_at_the_time_and_no_more(tmp_path):
+    """5/4 mu^2 k_n/k_t = 4.37 times 1e-3 J of normal springs; what they held earlier does not count."""
+    back = {"dissipated energy [J]": lambda t: 0.9 * np.maximum(t, 0.0) - 4.0e-3 * (t > 0.395)}
+    flat = {"dissipated energy [J]": lambda t: 0.02 * (t > 0.1) - 6.0e-3 * (t > 0.3)}
+    emptied = {"elastic energy [J]": lambda t: 1e-3 + 0.1 * (t < 0.15)}
+    for name, changes, fails in (
+        ("a", back, []),
+        ("b", flat, ["energy never grows"]),
+        ("c", flat | emptied, ["energy never grows"]),
+    ):
+        (tmp_path / name).mkdir()
+        put(tmp_path / name, table(**changes))
+        assert failed(tmp_path / name) == fails
+
+
 def test_a_run_stopped_before_the_release_has_not_come_to_rest_yet(tmp_path):
     put(tmp_path, table(**{"since release [s]": lambda t: t - 1.0, "kinetic energy [J]": lambda t: 9.0 + 0.0 * t}))
     assert "at rest before the release" not in [check.name for check in results(SCENE, tmp_path).checks]
