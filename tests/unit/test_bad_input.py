@@ -6,7 +6,8 @@ import pytest
 import barchan as bc
 from barchan.checkpoint import restore, save
 from barchan.errors import BarchanError, CheckpointError, SceneError
-from barchan.preflight import check_memory
+from barchan.parallel import virtual_ranks
+from barchan.preflight import check_memory, stable_time_step
 
 SAND = bc.Material("sand", density=1.0, kn=1e3, kt=3e2, friction=0.5)
 
@@ -166,3 +167,58 @@ def test_a_dashpot_too_strong_for_the_time_step_is_refused():
     assert run(0.0199).stable_dt == pytest.approx(1.0 / 50.0, rel=1e-6)
     with pytest.raises(SceneError, match="m_eff/c"):
         run(0.0201)
+
+
+def stable(law, *grains, pair=None, **properties):
+    """The stable time step of ``grains``, each (radius, mass, material, frozen), of two materials of the same properties."""
+    both = [bc.Material(name, density=1.0, friction=0.5, **properties) for name in "ab"]
+    sim = bc.Simulation(bc.Box((0, 0, 0), (99, 9, 9)), law, both, dt=1e-9)
+    if pair:
+        sim.materials.set_pair("a", "b", **pair)
+    for number, (radius, mass, material, frozen) in enumerate(grains):
+        sim.add_grains((5.0 * number + 3.0, 4.0, 4.0), radius, material, mass=mass, frozen=frozen)
+    return stable_time_step(law, sim.materials.table(law), sim.grains, 2)
+
+
+def test_the_stable_time_step_is_that_of_the_lightest_grain_that_moves():
+    """A spring: 0.17 sqrt(m/k) with k = k_n at any overlap."""
+    heavy, frozen = (1.0, 9.0, "a", False), (1.0, 0.01, "a", True)
+    light, other = (1.0, 4.0, "a", False), (1.0, 4.0, "b", False)
+    for grains in ((heavy, light), (light, heavy), (heavy, other), (heavy, light, frozen)):
+        assert stable(bc.laws.linear, *grains, kn=100.0, kt=1.0) == pytest.approx(0.17 * np.sqrt(4.0 / 100.0), rel=1e-6)
+    assert stable(bc.laws.linear, frozen, kn=100.0, kt=1.0) == np.inf
+
+
+def test_the_stable_time_step_looks_at_pairs_of_materials():
+    """Two materials that are soft and smooth among themselves, but stiff, or damped, to one another."""
+    grain, soft = (1.0, 1.0, "a", False), {"kn": 1e-3, "kt": 1e-3}
+    assert stable(bc.laws.linear, grain, pair={"kn": 400.0}, **soft) == pytest.approx(0.17 / np.sqrt(400.0), rel=1e-6)
+    assert stable(bc.laws.linear, grain, pair={"gamma_n": 50.0}, **soft) == pytest.approx(1.0 / 50.0, rel=1e-6)
+
+
+def test_the_stable_time_step_is_taken_at_an_overlap_of_a_twentieth_of_the_diameter():
+    """silbert: f = sqrt(overlap / 2r) there is sqrt(0.05), k = 3/2 f k_n and c = f gamma m_eff."""
+    grain, f = (1.0, 1.0, "a", False), np.sqrt(0.05)
+    stiff = stable(bc.laws.silbert, grain, kn=100.0, kt=1.0)
+    assert stiff == pytest.approx(0.17 / np.sqrt(1.5 * f * 100.0), rel=1e-6)
+    assert stable(bc.laws.silbert, grain, kn=1e-3, kt=1e-3, gamma_n=50.0) == pytest.approx(1.0 / (f * 50.0), rel=1e-6)
+
+
+def test_the_stable_time_step_weighs_the_mass_of_a_grain_against_its_stiffness():
+    """hertz: F = k_n sqrt(overlap R_eff) overlap, k = 3/2 k_n sqrt(0.1 r 0.5 r), so m/r is what counts, not m."""
+    small, large = (0.5, 1.0, "a", False), (1.0, 1.5, "a", False)
+    stiffness = 1.5 * 100.0 * np.sqrt(0.05) * 1.0
+    assert stable(bc.laws.hertz, small, large, kn=100.0, kt=1.0) == pytest.approx(0.17 * np.sqrt(1.5 / stiffness), rel=1e-6)
+
+
+def test_all_ranks_know_the_smallest_stable_time_step():
+    """The light grain, on one rank, sets it for all of them."""
+
+    def program():
+        sim = bc.Simulation(bc.Box((0, 0, 0), (9, 9, 40)), bc.laws.linear, SAND, dt=1e-3)
+        sim.add_grains([(4, 4, 4), (4, 4, 36)], 1.0, mass=[9.0, 4.0])
+        sim.prepare()
+        return sim.grains.n, sim.stable_dt
+
+    for owned, bound in virtual_ranks(2, program):
+        assert owned == 1 and bound == pytest.approx(0.17 * np.sqrt(4.0 / 1e3), rel=1e-6)

@@ -12,8 +12,12 @@ import time
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from barchan.checkpoint import all_checkpoints, read_state
+from barchan.cli import app
+from barchan.experiments.avalanche import Avalanche
+from barchan.experiments.avalanche.parameters import FIGURE_3
 from barchan.writers import frames, read_grain_frame, read_table
 
 SMALL = (
@@ -96,7 +100,10 @@ def test_the_directory_holds_everything(finished):
     series = read_table(out / "tables" / "time.csv")
     assert series["time [s]"][-1] == pytest.approx(0.05, abs=2e-3) and (np.diff(series["step"]) > 0).all()
     record = json.loads((out / "record.json").read_text())["sittings"]
-    assert len(record) == 1 and record[0]["last_step"] == state.about["step"]
+    last_step = state.about["step"]
+    assert len(record) == 1 and (record[0]["first_step"], record[0]["last_step"]) == (0, last_step)
+    kept = [read_state(path).about["step"] for path in all_checkpoints(out / "checkpoints")]
+    assert kept == [last_step // 400 * 400, last_step], "the last two of one every 400 steps and one at the end"
 
 
 def test_show_tells_the_same_again_from_stored_data(finished):
@@ -149,6 +156,10 @@ def test_a_signal_ends_the_run_with_a_checkpoint_of_its_own(finished, tmp_path, 
     assert read_state(checkpoint).about["step"] == step
     barchan("run", "avalanche", "--resume", out, check=0)
     assert barchan("diff", whole, out, check=0).stdout.strip() == "identical"
+    first, second = json.loads((out / "record.json").read_text())["sittings"]
+    assert (first["first_step"], first["last_step"], second["first_step"]) == (0, step, step)
+    log = (out / "log.txt").read_text()
+    assert log.index("starting in") < log.index(f"stopped at step {step}") < log.index(f"step {step:,}\n")
 
 
 def test_a_finished_run_says_so_and_can_be_made_longer(finished, tmp_path):
@@ -161,10 +172,91 @@ def test_a_finished_run_says_so_and_can_be_made_longer(finished, tmp_path):
     assert tree(whole) == tree(out)
 
 
-def test_resume_refuses_another_scene(finished):
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--angle", "30"), "angle"),
+        (("--set", "kn=1e4"), "kn"),
+        (("--grains", "900"), "--grains"),
+        (("--figure3",), "--figure3"),
+        (("--out", "elsewhere"), "--out"),
+    ],
+)
+def test_resume_refuses_another_scene(finished, arguments, word):
     whole, _ = finished
-    for arguments, word in ((("--angle", "30"), "angle"), (("--grains", "900"), "--grains"), (("--set", "kn=1e4"), "kn")):
-        assert word in barchan("run", "avalanche", "--resume", whole, *arguments, check=2).stderr
+    message = barchan("run", "avalanche", "--resume", whole, *arguments, check=2).stderr
+    assert f"; {word} cannot be changed" in message
+
+
+def asked_for(monkeypatch, *arguments):
+    """(scene, directory, manner) that the command would start or resume with; nothing is run."""
+    asked = []
+    for name in ("start", "resume"):
+        take = lambda experiment, scene, path, manner, journal: asked.append((scene, path, manner))  # noqa: E731
+        monkeypatch.setattr(f"barchan.experiments.session.{name}", take)
+    done = CliRunner().invoke(app, [str(argument) for argument in ("run", *arguments)])
+    assert done.exit_code == 0, done.output
+    return asked[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changes"),
+    [
+        ((), {}),
+        (("--angle", "30"), {"angle": 30.0}),
+        (("--duration", "600ms"), {"duration": 0.6}),
+        (("--equilibrate", "0.1"), {"equilibrate": 0.1}),
+        (("--seed", "7"), {"seed": 7}),
+        (("--set", "radius_max=1.2mm", "--set", "kn=1e4"), {"radius_max": 1.2e-3, "kn": 1e4}),
+        (("--figure3",), FIGURE_3),
+        (("--figure3", "--duration", "2 ms"), FIGURE_3 | {"duration": 2e-3}),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_an_option_sets_its_parameter_and_no_other(monkeypatch, arguments, changes):
+    scene, path, _ = asked_for(monkeypatch, "avalanche", *arguments)
+    assert scene == Avalanche.make(changes)
+    assert re.fullmatch(r"runs/avalanche-\d{8}-\d{6}", str(path))
+
+
+def test_what_is_set_on_a_file_goes_before_what_it_says(finished, monkeypatch):
+    whole, _ = finished
+    scene, *_ = asked_for(monkeypatch, whole / "scene.toml", "--set", "seed=7", "--set", "angle=30")
+    there, *_ = asked_for(monkeypatch, whole / "scene.toml")
+    assert scene == there.model_copy(update={"seed": 7, "angle": 30.0}) and there.seed == 1
+
+
+def test_the_manner_of_a_run_is_the_one_asked_for(finished, monkeypatch, tmp_path):
+    whole, _ = finished
+    manner = ("--threads", "3", "--checkpoint-every", "7")
+    for arguments in (("avalanche", "--out", tmp_path), (whole / "scene.toml", "--out", tmp_path)):
+        assert asked_for(monkeypatch, *arguments, *manner)[1:] == (tmp_path, (3, 7))
+        assert asked_for(monkeypatch, *arguments)[1:] == (tmp_path, (None, 5000))
+    assert asked_for(monkeypatch, "avalanche", "--resume", whole, *manner)[1:] == (whole, (3, 7))
+
+
+@pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 3)])
+def test_the_self_test_ends_with_a_code_that_tells(monkeypatch, passed, code):
+    monkeypatch.setattr("barchan.selftest.run", lambda tell, threads: passed)
+    assert CliRunner().invoke(app, ["selftest"]).exit_code == code
+
+
+def test_check_refuses_what_cannot_run_and_writes_nothing(finished, tmp_path):
+    whole, _ = finished
+    scene = tmp_path / "scene.toml"
+    scene.write_text(re.sub(r"(?m)^dt = .*", 'dt = "1 ms"', (whole / "scene.toml").read_text()))
+    assert "above the stable time step" in barchan("check", scene, check=2, cwd=tmp_path).stderr
+    assert list(tmp_path.iterdir()) == [scene]
+
+
+def test_a_directory_with_another_scene_and_no_checkpoint_is_refused(finished, tmp_path):
+    """What a run leaves that was killed before its first checkpoint."""
+    whole, _ = finished
+    scene = (whole / "scene.toml").read_bytes()
+    (tmp_path / "scene.toml").write_bytes(scene)
+    done = barchan("run", "avalanche", *SMALL, "--seed", "2", "--out", tmp_path, check=2)
+    assert "another scene: seed" in done.stderr
+    assert (tmp_path / "scene.toml").read_bytes() == scene
 
 
 def test_diff_names_what_differs(finished, tmp_path):
@@ -180,7 +272,8 @@ def test_file_and_options_give_the_same_scene_and_bits(finished, tmp_path):
     whole, _ = finished
     out = tmp_path / "from-file"
     assert "is sound" in barchan("check", whole / "scene.toml", check=0).stdout
-    barchan("run", whole / "scene.toml", "--out", out, check=0)
+    barchan("run", whole / "scene.toml", "--threads", "1", "--out", out, check=0)
+    assert json.loads((out / "record.json").read_text())["sittings"][0]["threads"] == 1
     assert barchan("diff", whole, out, check=0).stdout.strip() == "identical"
     parameters = (out / "scene.toml").read_text().split("[ran_with]")[0]
     assert parameters == (whole / "scene.toml").read_text().split("[ran_with]")[0]
@@ -197,6 +290,12 @@ def test_a_failing_run_saves_its_last_state(tmp_path):
     step = int(re.search(r"step (\d+)", message).group(1))
     state = read_state(out / "last_state.h5")
     assert 0 <= state.about["step"] - step <= 1 and not state.about["forces_are_current"]
+    kept = [read_state(path).about["step"] for path in all_checkpoints(out / "checkpoints")]
+    assert kept == [at for at in (400, 800, 1200, 1600, 2000, 2400) if at < step][-2:], "a failed state is none to resume from"
+    assert json.loads((out / "record.json").read_text())["sittings"][0]["last_step"] == state.about["step"]
+    log = (out / "log.txt").read_text()
+    for line in (re.search(r"warning: step .* overlap by more than 5 %.*", done.stderr).group(0), message.split(": ", 1)[1]):
+        assert line in log
 
 
 def test_a_full_disk_ends_the_run_and_keeps_what_is_finished(tmp_path):

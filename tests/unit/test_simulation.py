@@ -234,6 +234,90 @@ def test_overlap_and_loss_stop_a_run_with_the_grain_and_the_step():
         sim.run(10)
 
 
+def test_an_overlap_stops_the_run_in_its_very_step_and_no_later_one():
+    """Surfaces 0.05 and 0.30 apart, closing by 0.1 a step: in step 3 the first two overlap by 0.25, the others not yet."""
+    sim = simulation(properties=NOTHING)
+    fast = [[0, 0, 0], [-100.0, 0, 0]] * 2
+    sim.add_grains([[5.0, 9.0, 9.0], [6.30, 9.0, 9.0], [5.0, 5.0, 5.0], [6.05, 5.0, 5.0]], 0.5, velocity=fast)
+    sim.run(2)
+    with pytest.raises(bc.errors.OverlapError, match=r"grain 2 and grain 3 at .*, step 3: overlap 0.25 \[length\] is 25.0 %"):
+        sim.run(1)
+    assert sim.step_number == 3
+    sim.grains.position[sim.grains.row_of(3)] = (15.0, 15.0, 15.0)
+    sim.run(1)  # the fault has been told, and is gone
+    assert sim.step_number == 4
+
+
+def test_the_deepest_overlap_is_named():
+    sim = simulation(properties=NOTHING)
+    sim.add_grains([[5.0, 9.0, 9.0], [5.75, 9.0, 9.0], [5.0, 5.0, 5.0], [5.6, 5.0, 5.0], [9.0, 5.0, 5.0], [9.7, 5.0, 5.0]], 0.5)
+    with pytest.raises(bc.errors.OverlapError, match=r"grain 2 and grain 3 .* is 40\.0 %"):
+        sim.run(1)
+
+
+def test_a_position_that_is_not_finite_stops_the_run_in_its_step():
+    """Written behind the back of the checks: the second of two grains gets a speed of NaN."""
+    sim = simulation()
+    sim.add_grains([[5.0, 5.0, 5.0], [15.0, 15.0, 15.0]], 0.5)
+    sim.run(3)
+    sim.grains.view("velocity")[sim.grains.row_of(1)] = np.nan
+    with pytest.raises(bc.errors.NotFiniteError, match=r"grain 1 at \[nan, nan, nan\].* step 4.* not finite"):
+        sim.run(5)
+    assert sim.step_number == 4
+
+
+def test_a_force_that_is_not_finite_stops_the_run_in_its_step():
+    """From step 4 on gravity is so strong that m g is beyond all numbers for the heavy grain, not for the light one."""
+    sim = simulation(gravity=lambda time: (0.0, 0.0, 1e308 if time > 3.5e-3 else 0.0))
+    sim.add_grains([[5.0, 5.0, 5.0], [15.0, 15.0, 15.0]], 0.5, mass=[0.5, 10.0])
+    sim.run(3)
+    with pytest.raises(bc.errors.NotFiniteError, match=r"grain 1 at .*, step 4: its force .*inf.* is not finite"):
+        sim.run(1)
+
+
+def test_a_lost_grain_stops_all_ranks_in_the_same_step():
+    """It leaves on rank 1; rank 0 has nothing to complain about, and must neither go on nor hang."""
+
+    def program():
+        sim = simulation(bc.Box((0, 0, 0), (9, 9, 40)))
+        sim.add_grains([[4.0, 4.0, 5.0], [4.0, 4.0, 30.0], [4.0, 4.0, 39.95]], 0.5, velocity=[[0, 0, 0], [0, 0, 0], [0, 0, 20.0]])
+        with pytest.raises(bc.errors.RunError) as caught:
+            sim.run(10)
+        return type(caught.value).__name__, str(caught.value), sim.step_number
+
+    (other, quoted, step), (guilty, message, _) = virtual_ranks(2, program)
+    assert (other, guilty, step) == ("RankError", "LostGrainError", 3)
+    assert message.startswith("grain 2 at ") and "step 3" in message
+    assert quoted == f"stopped because rank 1 failed: {message}"
+
+
+class Trip:
+    """An action that fails once, at step 20."""
+
+    tripped = False
+
+    def due(self, step):
+        return step == 20
+
+    def apply(self, sim):
+        if not self.tripped:
+            self.tripped = True
+            raise RuntimeError("tripped")
+
+
+def test_forces_of_a_step_that_was_broken_off_are_computed_anew():
+    """Two grains fly into one another: the force is k_n times the overlap at the present positions, not at those before."""
+    sim = simulation(properties={**NOTHING, "kn": 1000.0})
+    sim.add_grains([[5.0, 5.0, 5.0], [5.98, 5.0, 5.0]], 0.5, velocity=[[1.0, 0, 0], [-1.0, 0, 0]])
+    sim.actions = [Trip()]
+    with pytest.raises(RuntimeError, match="tripped"):
+        sim.run(50)
+    with pytest.warns(UserWarning, match="step 20 was broken off"):
+        sim.prepare()
+    (first, second), (force, _) = sim.grains.sorted_by_id("position")[:, 0], sim.grains.sorted_by_id("force")[:, 0]
+    assert force == pytest.approx(-1000.0 * (1.0 - (second - first)), rel=1e-9)
+
+
 class Insert:
     """Adds grains at step 30, when those that fly have gone further than half the skin."""
 
@@ -261,17 +345,6 @@ def test_grains_that_an_action_adds_within_a_step_are_felt_in_that_step():
 
 def test_a_step_that_an_error_broke_off_is_not_taken_for_whole(tmp_path):
     """An action raises once: the state is told apart from a sound one, in a checkpoint too, and going on warns."""
-
-    class Trip:
-        def due(self, step):
-            return step == 20
-
-        def apply(self, sim):
-            if not self.tripped:
-                self.tripped = True
-                raise RuntimeError("tripped")
-
-        tripped = False
 
     sim = pile()
     sim.actions = [Trip()]

@@ -6,7 +6,7 @@ from barchan.report import table
 
 
 def show(experiment, scene, directory, journal):
-    """Tell the results and draw the figures of the run in ``directory``; returns True if all its checks passed."""
+    """Tell the results and draw the figures of the run in ``directory``."""
     try:
         results = experiment.results(scene, directory)
         text = lines(experiment, results, directory)
@@ -23,7 +23,6 @@ def show(experiment, scene, directory, journal):
         raise OutputError(
             f"{error.filename or directory} cannot be written: {error.strerror}; the run itself is complete"
         ) from None
-    return all(check.passed for check in results.checks)
 
 
 def lines(experiment, results, directory):
