@@ -1,10 +1,11 @@
 # make run: environment, install, demo.   make test: environment with test extras, lint, quick suite.
-# make validate: the same checks at full size (hours).   make docs: the documentation site in build/docs.
+# make validate: the same checks at full size (hours).   make bench: beside other codes (an hour or two; docs/how-to/benchmark.md).
+# make docs: the documentation site in build/docs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test lint unit nojit bounds validate docs clean
+.PHONY: run test lint unit nojit bounds validate bench docs clean
 
 run: $(VENV)/.installed
 	$(BIN)/barchan run avalanche
@@ -20,6 +21,12 @@ lint: $(VENV)/.tested
 
 validate: $(VENV)/.tested
 	$(BIN)/python -m pytest -m validate tests
+
+CASES ?= chute dense avalanche gas small dense-1m rebuild
+THREADS ?= 1
+
+bench: $(VENV)/.tested
+	for case in $(CASES); do $(BIN)/barchan bench $$case --threads $(THREADS) || exit; done
 
 docs: $(VENV)/.documented
 	$(BIN)/python -m sphinx -E -W --keep-going docs build/docs

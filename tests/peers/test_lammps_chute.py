@@ -2,25 +2,13 @@
 
 import numpy as np
 import pytest
-from lammps_peer import TOLERANCE, deviations, layer, run_lammps, share_folder
+from lammps_peer import TOLERANCE, deviations, layer, run_lammps
 
 import barchan as bc
+from barchan.bench.cases import read_chute
+from barchan.bench.peers.lammps import share_folder
 
 BENCH = share_folder() / "bench"
-
-
-def read_chute(path):
-    """Grains of the benchmark's data file, in ascending order of id.
-
-    Returns:
-        (type, diameter, density, position, velocity, omega).
-    """
-    lines = path.read_text(encoding="utf-8").splitlines()
-    atoms, velocities = lines.index("Atoms"), lines.index("Velocities")
-    rows = np.loadtxt(lines[atoms + 2 : velocities - 1])
-    motion = np.loadtxt(lines[velocities + 2 :])
-    rows, motion = rows[np.argsort(rows[:, 0])], motion[np.argsort(motion[:, 0])]
-    return rows[:, 1].astype(int), rows[:, 2], rows[:, 3], rows[:, 4:7], motion[:, 1:4], motion[:, 4:7]
 
 
 @pytest.fixture

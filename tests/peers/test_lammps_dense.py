@@ -1,14 +1,12 @@
 """Dense polydisperse flow, law ``hertz_standard``, against LAMMPS ``gran/hertz/history``."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from lammps_peer import HEAD, SNAPSHOTS, TOLERANCE, contacts_of, deviations, layer, run_lammps, start_like_lammps, write_data
+from lammps_peer import HEAD, SNAPSHOTS, TOLERANCE, contacts_of, deviations, layer, run_lammps, start_like_lammps
 
 import barchan as bc
-
-DATA = Path(__file__).parents[1] / "data" / "dense_hertz_32k.npz"
+from barchan.bench.cases import DENSE_FLOW
+from barchan.bench.peers.lammps import write_data
 
 KN, GAMMA_N, GAMMA_T, FRICTION, DT, ANGLE = 2000.0, 50.0, 25.0, 0.5, 5e-4, 24.0
 KT = 2.0 / 7.0 * KN
@@ -49,7 +47,7 @@ def test_dense_flow_equals_lammps_after_1_and_20_steps(tmp_path):
     `gran/hertz/history` and `fix wall/gran`. Every grain's force (gravity included) and torque equals LAMMPS' to 1e-10 of
     the largest contact force; at step 0 for all grains none of whose contacts slides (see ``start_like_lammps``).
     """
-    with np.load(DATA) as state:
+    with np.load(DENSE_FLOW) as state:
         position, radius, density, velocity, omega = (state[name] for name in ("x", "r", "rho", "v", "w"))
         side = float(state["L"])
     write_data(tmp_path / "dense.data", (0, 0, -1), (side, side, 60), position, radius, density, velocity, omega)

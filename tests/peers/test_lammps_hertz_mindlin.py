@@ -31,10 +31,10 @@ from lammps_peer import (
     run_lammps,
     start_like_lammps,
     torque_with_half_overlap_arms,
-    write_data,
 )
 
 import barchan as bc
+from barchan.bench.peers.lammps import write_data
 from barchan.laws.friction import sliding_ratio
 from barchan.laws.hertz_mindlin import PROPERTIES, mix, restitution_of
 from barchan.laws.vector import add, scale, turn

@@ -1,9 +1,10 @@
 """The paper's law in the standard scheme, ``silbert_standard``, against LAMMPS ``gran/hertz/history``."""
 
 import numpy as np
-from lammps_peer import HEAD, SNAPSHOTS, TOLERANCE, dense_packing, deviations, layer, run_lammps, start_like_lammps, write_data
+from lammps_peer import HEAD, SNAPSHOTS, TOLERANCE, dense_packing, deviations, layer, run_lammps, start_like_lammps
 
 import barchan as bc
+from barchan.bench.peers.lammps import write_data
 
 KN, KT, GAMMA_N, GAMMA_T, FRICTION, DT = 2e4, 2.0 / 7.0 * 2e4, 20.0, 8.0, 0.4, 2e-4
 DIAMETER, SIDE, DENSITY = 1.3, 8.0, 1.7

@@ -72,10 +72,11 @@ def test_intervals_and_the_bound_of_equation_13_are_remembered():
     for step in (0, 7, 7, 10):  # a rebuild without a step in between is no interval
         watch.remember(step, np.zeros((1, 3)))
     assert (watch.rebuilds, watch.shortest, watch.total) == (2, 3, 10)
-    watch.note_speed(2.0, skin=0.1, dt=0.01)
-    watch.note_speed(1.0, skin=0.1, dt=0.01)
-    watch.note_speed(0.0, skin=0.1, dt=0.01)
+    watch.advance(2.0, skin=0.1, dt=0.01)
+    watch.advance(1.0, skin=0.1, dt=0.01)
+    watch.advance(0.0, skin=0.1, dt=0.01)
     assert watch.bound_13 == pytest.approx(2.5), "skin / (2 v dt) of the fastest"
+    assert watch.approach == pytest.approx(0.06), "twice the ways of the fastest"
 
 
 def test_more_rebuilds_may_be_asked_for():

@@ -13,10 +13,11 @@ from functools import lru_cache
 from pathlib import Path
 
 import numba
-from numba import config, njit, prange
+from numba import config, njit, prange, types
 from numba.core import event
+from numba.extending import intrinsic
 
-__all__ = ["announced", "cache_root", "helper", "kernel", "prange", "use_threads"]
+__all__ = ["announced", "cache_root", "helper", "kernel", "prange", "use_threads", "widest_lanes"]
 
 _HERE = Path(__file__).parent
 
@@ -80,6 +81,21 @@ def kernel(parallel=False):
 def helper(function):
     """Decorator: a small function on numbers, inlined into the kernels that call it."""
     return njit(error_model="numpy", forceinline=True)(function)
+
+
+def _widest_lanes(typing_context):
+    """Called in the body of a loop: the function around it may use the widest vectors of the processor. LLVM stays at 256 bits
+    on processors that have 512 (measured with 512: the loop over pairs of ``hertz_standard`` takes 1.27 ms instead of 1.65)."""
+
+    def generate(context, builder, signature, arguments):
+        # llvmlite's own ``add`` knows only attributes without a value
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
+
+    return types.void(), generate
+
+
+widest_lanes = (lambda: None) if config.DISABLE_JIT else intrinsic(_widest_lanes)
 
 
 #: Grains that one thread should have before another is worth waking (a parallel call on 64 contacts: 5 us on 1 thread,

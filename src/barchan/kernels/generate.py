@@ -26,7 +26,7 @@ from barchan.kernels.template import ARMS, MODULE, TINY
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
 #: Names of the generated module that a law must not bring along.
-_RESERVED = frozenset({"helper", "kernel", "prange", "pair_forces", "wall_forces"})
+_RESERVED = frozenset({"helper", "kernel", "prange", "pair_forces", "wall_forces", "widest_lanes"})
 
 
 class Loops(NamedTuple):

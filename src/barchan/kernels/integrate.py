@@ -28,15 +28,13 @@ def nearest(d, length, half):
 
 
 @kernel(parallel=True)
-def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, length, half, dt):
+def kick_drift_wrap(place, motion, spin, image, force, torque, low, length, half, dt):
     """v(n-1/2) -> v(n+1/2), x(n) -> x(n+1), omega likewise; frozen grains (inverse mass 0) keep their velocity.
 
-    ``place``, ``motion``, ``spin`` and ``image`` are modified. ``reference``: positions at the last rebuild.
+    ``place``, ``motion``, ``spin`` and ``image`` are modified.
 
-    Returns (largest square of the displacement since the rebuild, largest square of a velocity, grains outside the box or
-    not finite).
+    Returns (largest square of a velocity, grains outside the box or not finite).
     """
-    farthest = 0.0
     fastest = 0.0
     bad = 0
     for i in prange(force.shape[0]):
@@ -44,28 +42,27 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, reference, low, l
         for c in range(3):
             motion[i, c] += dt * motion[i, 3] * force[i, c]
             spin[i, c] += dt * spin[i, 3] * torque[i, c]
-            x, turns = fold(place[i, c] + dt * motion[i, c], low[c], length[c], half[c])
-            image[i, c] += turns
+            x = place[i, c] + dt * motion[i, c]
+            if not (x >= low[c] and x < low[c] + length[c]):  # rare: through a face, outside, or not a number
+                x, turns = fold(x, low[c], length[c], half[c])
+                image[i, c] += turns
+                inside = inside and x >= low[c] and x <= low[c] + length[c]
             place[i, c] = x
-            inside = inside and x >= low[c] and x <= low[c] + length[c]
         bad += 0 if inside else 1
-        dx = nearest(place[i, 0] - reference[i, 0], length[0], half[0])
-        dy = nearest(place[i, 1] - reference[i, 1], length[1], half[1])
-        dz = nearest(place[i, 2] - reference[i, 2], length[2], half[2])
-        farthest = max(farthest, dx * dx + dy * dy + dz * dz)
         fastest = max(fastest, motion[i, 0] * motion[i, 0] + motion[i, 1] * motion[i, 1] + motion[i, 2] * motion[i, 2])
-    return farthest, fastest, bad
+    return fastest, bad
 
 
 @kernel(parallel=True)
-def extents(place, reference, length, half):
-    """Largest displacements since the rebuild along x, -x, y, -y, z, -z."""
+def displacements(place, reference, length, half):
+    """Displacements since the rebuild: the largest along x, -x, y, -y, z, -z, and the square of the largest."""
     east = -1e300
     west = -1e300
     north = -1e300
     south = -1e300
     up = -1e300
     down = -1e300
+    farthest = 0.0
     for i in prange(place.shape[0]):
         dx = nearest(place[i, 0] - reference[i, 0], length[0], half[0])
         dy = nearest(place[i, 1] - reference[i, 1], length[1], half[1])
@@ -76,4 +73,5 @@ def extents(place, reference, length, half):
         south = max(south, -dy)
         up = max(up, dz)
         down = max(down, -dz)
-    return east, west, north, south, up, down
+        farthest = max(farthest, dx * dx + dy * dy + dz * dz)
+    return east, west, north, south, up, down, farthest

@@ -12,7 +12,7 @@ TINY = 1e-300
 MODULE = '''"""Loops of the law '{law}', written by barchan. Do not edit: it is found by the hash of its text."""
 
 {imports}
-from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.compiler import helper, kernel, prange, widest_lanes
 
 {functions}
 
@@ -64,6 +64,7 @@ def pair_forces(first, second, n_owned, place, motion, spin, material, stride, t
     large = 0
     too_large = 0
     for k in prange(first.shape[0]):
+        widest_lanes()
         i = first[k]
         j = second[k]
         dx = place[i, 0] - place[j, 0]

