@@ -16,6 +16,7 @@ from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
+from barchan.neighbors.contacts import Setting
 from barchan.neighbors.staleness import Staleness
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
@@ -129,45 +130,11 @@ class Simulation(Assembly):
         """Forces at the present positions; contact memory advances by ``dt`` (0: not at all). Needs ``prepare``."""
         preflight.check_prepared("compute_forces", self._loops, self._listed)
         grains, contacts = self.grains, self.contacts
-        state = (
-            grains.block("place", True),
-            grains.block("motion", True),
-            grains.block("spin", True),
-            grains.block("material", True),
-        )
-        frame, stride = self.box.frame, np.uint32(len(self.materials))
+        for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
+            wall.measure(contacts, grains, begin, end)
         limits = (ALLOWED_OVERLAP, self.max_overlap)
-        self.touching, large, too_large = self._loops.pair_forces(
-            contacts.first,
-            contacts.second,
-            np.uint32(grains.n),
-            *state,
-            stride,
-            self._table,
-            contacts.history,
-            contacts.out,
-            frame.length,
-            frame.half,
-            dt,
-            *limits,
-        )
-        if len(contacts.wall_grain):
-            for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
-                wall.measure(contacts, grains, begin, end)
-            counts = self._loops.wall_forces(
-                contacts.wall_grain,
-                contacts.surface,
-                *state,
-                contacts.wall_material,
-                stride,
-                self._table,
-                contacts.history,
-                contacts.out,
-                contacts.n_pairs,
-                dt,
-                *limits,
-            )
-            self.touching, large, too_large = self.touching + counts[0], large + counts[1], too_large + counts[2]
+        setting = Setting(len(self.materials), self._table, self.box.frame, dt, *limits)
+        self.touching, large, too_large = contacts.compute(self._loops, grains, setting)
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
         self._note_faults(large, too_large, not_finite)
 
@@ -268,9 +235,7 @@ class Simulation(Assembly):
     def _measure_approach(self):
         """The bounds on what may have approached, from the displacements of all grains and walls on all ranks."""
         frame = self.box.frame
-        *largest, square = integrate.displacements(
-            self.grains.block("place"), self.staleness.reference, frame.length, frame.half
-        )
+        *largest, square = integrate.displacements(self.grains.block("place"), self.staleness.reference, frame.length, frame.half)
         for wall, then in zip(self.walls, self._walls_then):
             travel = wall.point - then
             largest = np.maximum(largest, np.stack([travel, -travel], axis=1).ravel())

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
+from numba import typeof, types
 from numba.core.caching import NullCache
 
 from barchan import preflight
@@ -19,6 +19,7 @@ from barchan.domain import Box
 from barchan.errors import BarchanError, LawError, SceneError
 from barchan.kernels.compiler import kernel
 from barchan.kernels.generate import make_loops
+from barchan.kernels.template import block_rooms
 from barchan.parallel import Serial
 from barchan.simulation import Simulation
 
@@ -224,11 +225,17 @@ def machine_code(law, uniform=True):
     """
     fresh = kernel(parallel=True)(make_loops(law, uniform).pair_forces.py_func)
     fresh._cache = NullCache()
-    rows, table, index = types.Array(types.float64, 2, "C"), types.Array(types.float64, 1, "C"), types.Array(types.uint32, 1, "C")
+    rows, vector, index = (
+        types.Array(types.float64, 2, "C"),
+        types.Array(types.float64, 1, "C"),
+        types.Array(types.uint32, 1, "C"),
+    )
     number, count = types.float64, types.uint32
+    parts, *rooms = (typeof(array) for array in block_rooms(1))
     state = (rows, rows, rows, index)  # place, motion, spin, material
+    columns = (index, rows, rows, rows)  # slot, history, kept, out
     try:
-        fresh.compile((index, index, count, *state, count, rows, rows, rows, table, table, number, number, number))
+        fresh.compile((parts, index, index, count, *state, count, rows, *columns, *rooms, vector, vector, number, number, number))
     except Exception as error:  # Numba stumbles in many ways
         reason = next((line for line in str(error).splitlines() if line.strip() and "Failed in" not in line), "")
         raise LawError(f"law '{law.name}' cannot be compiled: {type(error).__name__}: {reason.strip()}") from error

@@ -13,6 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numba
+import numpy as np
 from numba import config, njit, prange, types
 from numba.core import event
 from numba.extending import intrinsic
@@ -108,6 +109,12 @@ def use_threads(wanted, n_grains):
     useful = max(1, min(wanted, n_grains // GRAINS_PER_THREAD, config.NUMBA_NUM_THREADS))
     numba.set_num_threads(useful)
     return useful
+
+
+def shares(count):
+    """Where the share of each thread of ``count`` things begins, (threads + 1,): for kernels that have room for each thread."""
+    threads = numba.get_num_threads()
+    return np.arange(threads + 1, dtype=np.uint64) * np.uint64(count) // np.uint64(threads)
 
 
 def default_threads():

@@ -1,6 +1,6 @@
 """Sums the forces of a grain's contacts, always in the order of the partner's key, so that the sum has the same bits
-wherever and whenever it is made. Contacts that do not touch hold zeros, and adding zero changes no bit. Indices are unsigned:
-signed ones cost a fifth more here (they may count from the end)."""
+wherever and whenever it is made. Contacts that do not touch share column 0, which holds zeros, and adding zero changes no bit.
+Indices are unsigned: signed ones cost a fifth more here (they may count from the end)."""
 
 import numpy as np
 
@@ -8,13 +8,14 @@ from barchan.kernels.compiler import kernel, prange
 
 
 @kernel(parallel=True)
-def gather_forces(start, incidence, out, place, mass, gravity, force, torque):
+def gather_forces(start, incidence, slot, out, place, mass, gravity, force, torque):
     """Equations (9) and (10). ``force`` and ``torque`` are modified.
 
     Args:
         start, incidence: for each grain the contacts in which it takes part, as 2 * contact + side (side 1: it is the
             second grain, which feels the opposite force).
-        out: (6 or 8, contacts): force on the first, n x F_t, and arms of first and second; without arms they are the radii.
+        slot: (contacts,) column of each contact in ``out``.
+        out: (6 or 8, columns): force on the first, n x F_t, and arms of first and second; without arms they are the radii.
 
     Returns:
         Number of grains whose force is not finite.
@@ -30,7 +31,7 @@ def gather_forces(start, incidence, out, place, mass, gravity, force, torque):
         tz = 0.0
         for q in range(start[i], start[i + 1]):
             entry = incidence[q]
-            k = np.uint32(entry >> 1)
+            k = slot[np.uint32(entry >> 1)]
             side = np.uint32(entry & 1)
             sign = 1.0 - 2.0 * side
             arm = out[np.uint32(6 + side), k] if given else place[i, 3]

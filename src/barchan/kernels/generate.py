@@ -21,7 +21,7 @@ import numpy as np
 
 from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
-from barchan.kernels.template import ARMS, MODULE, TINY
+from barchan.kernels.template import ARMS, BLOCK, MODULE, TINY
 
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
@@ -135,16 +135,15 @@ def module_text(law, uniform):
     arguments = [f"{a}={given.get(a, a)}" for a in inspect.signature(law.function).parameters]
     hoisted = [f"{p} = table[{row}, 0]" for row, p in enumerate(parameters)]
     looked_up = [f"{p} = table[{row}, pair]" for row, p in enumerate(parameters)]
-    kept = [
-        f"history[{row}, k] = ({flat} if dt > 0.0 else history[{row}, k]) if touches else 0.0" for row, flat in enumerate(memory)
-    ]
-    read = [f"history[{row}, k]" for row in range(len(memory))]
+    kept = [f"kept[{row}, k] = {flat} if dt > 0.0 else history[{row}, old]" for row, flat in enumerate(memory)]
+    read = [f"history[{row}, old]" for row in range(len(memory))]
     arm_first, arm_second, wall_arm = ARMS[law.lever]
     arms = law.lever == "lens"
-    deep, shallow = "\n        ", "\n    "
+    shallow, deep, deepest = "\n    ", "\n        ", "\n                "
     return MODULE.format(
         law=law.name,
         tiny=repr(TINY),
+        block=BLOCK,
         function=sources.root,
         arm_first=arm_first,
         arm_second=arm_second,
@@ -155,13 +154,14 @@ def module_text(law, uniform):
         arguments=", ".join(arguments),
         outputs=", ".join(["pressing", "tangential", *(f"new_{name}" for name in history)]),
         keep_wall_arm=f"out[6, k] = {wall_arm}" if arms else "pass",
-        keep_arms=deep.join(["out[6, k] = arm_i", "out[7, k] = arm_j"]) if arms else "pass",
+        keep_arms=deepest.join(["out[6, k] = arm_i", "out[7, k] = arm_j"]) if arms else "pass",
         flat_history="".join(f", {r}" for r in returned),
         history_names="".join(f", {n}" for n in memory),
         flat_arguments=", ".join([*parameters, *read]),
-        keep_history=deep.join(kept) or "pass",
+        keep_history=deepest.join(kept) or "pass",
+        keep_wall_history=deep.join(kept) or "pass",
         hoisted=(shallow.join(hoisted) or "pass") if uniform else "pass",
-        gathered="pass" if uniform else deep.join(["pair = material[i] * stride + material[j]", *looked_up]),
+        gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),
     )
 

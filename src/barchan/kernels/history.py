@@ -1,39 +1,30 @@
 """Carries the memory of contacts over a rebuild: from contacts to rows of their grains, and back by key."""
 
-from barchan.kernels.compiler import helper, kernel, prange
-
-
-@helper
-def _remembers(history, k):
-    for c in range(history.shape[0]):
-        if history[c, k] != 0.0:
-            return True
-    return False
+from barchan.kernels.compiler import kernel, prange
 
 
 @kernel(parallel=True)
-def count_rows(start, incidence, history, on_both, counts):
-    """Write into ``counts`` how many contacts each grain remembers: those whose history is not all zero, and of which it is
-    the first grain unless they are wanted ``on_both``."""
+def count_rows(start, incidence, slot, on_both, counts):
+    """Write into ``counts`` how many contacts each grain remembers: those that have a column, and of which it is the first
+    grain unless they are wanted ``on_both``."""
     for i in prange(counts.shape[0]):
         count = 0
         for q in range(start[i], start[i + 1]):
             entry = incidence[q]
-            if (on_both or entry & 1 == 0) and _remembers(history, entry >> 1):
-                count += 1
+            count += (on_both | (entry & 1 == 0)) & (slot[entry >> 1] != 0)
         counts[i] = count
 
 
 @kernel(parallel=True)
-def detach_rows(start, incidence, history, on_both, partner_keys, row_start, keys, values):
+def detach_rows(start, incidence, slot, history, on_both, partner_keys, row_start, keys, values):
     """Write the remembered contacts of each owned grain to its rows: ``keys`` of the partners, ascending, and ``values``
     (rows, width), both modified."""
     for i in prange(row_start.shape[0] - 1):
         row = row_start[i]
         for q in range(start[i], start[i + 1]):
             entry = incidence[q]
-            k = entry >> 1
-            if (on_both or entry & 1 == 0) and _remembers(history, k):
+            k = slot[entry >> 1]
+            if (on_both | (entry & 1 == 0)) & (k != 0):
                 keys[row] = partner_keys[q]
                 for c in range(history.shape[0]):
                     values[row, c] = history[c, k]
@@ -53,23 +44,17 @@ def permute_rows(order, old_start, old_keys, old_values, new_start, keys, values
 
 
 @kernel(parallel=True)
-def attach_rows(n_owned, first, second, ids, wall_grain, wall_key, row_start, keys, values, history):
-    """Give each contact the values that its owned grain remembers of its partner; others start at zero. ``history`` is
-    modified."""
-    n_pairs = first.shape[0]
-    for k in prange(history.shape[1]):
-        if k < n_pairs:
-            owner = first[k]
-            key = ids[second[k]]
-            if owner >= n_owned:
-                owner = second[k]
-                key = ids[first[k]]
-        else:
-            owner = wall_grain[k - n_pairs]
-            key = wall_key[k - n_pairs]
-        for c in range(history.shape[0]):
-            history[c, k] = 0.0
-        for row in range(row_start[owner], row_start[owner + 1]):
-            if keys[row] == key:
-                for c in range(history.shape[0]):
-                    history[c, k] = values[row, c]
+def attach_rows(n_owned, first, start, incidence, contact_keys, row_start, keys, values, slot, history):
+    """Give each contact the column and the values that its first owned grain remembers of it. ``slot``, all zero before, and
+    ``history`` are modified. Rows and contacts of a grain are both in ascending order of the partner's key."""
+    for i in prange(n_owned):
+        q, end = start[i], start[i + 1]
+        for row in range(row_start[i], row_start[i + 1]):
+            while q < end and contact_keys[q] < keys[row]:
+                q += 1
+            if q < end and contact_keys[q] == keys[row]:
+                k = incidence[q] >> 1
+                if incidence[q] & 1 == 0 or first[k] >= n_owned:
+                    slot[k] = k + 1
+                    for c in range(history.shape[0]):
+                        history[c, k + 1] = values[row, c]

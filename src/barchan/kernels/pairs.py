@@ -19,6 +19,13 @@ def neighbour_range(c, n, wraps):
 
 
 @helper
+def wrapped(c, n):
+    """Cell ``c`` of a period of ``n``, from -1 to n; a division would cost more than all the rest of a line of cells."""
+    c = c + n if c < 0 else c
+    return c - n if c >= n else c
+
+
+@helper
 def near(place, i, j, skin, grid):
     """True if the surfaces of two grains are closer than ``skin``."""
     dx = abs(place[i, 0] - place[j, 0])
@@ -33,24 +40,24 @@ def near(place, i, j, skin, grid):
 
 @helper
 def scan(i, begin, end, place, frozen, skin, grid, found, count):
-    """Append the rows in ``begin`` to ``end`` that are near row ``i`` to ``found``; returns their new number, which may
+    """Append the rows in ``begin`` to ``end`` that are near row ``i`` to ``found[i]``; returns their new number, which may
     exceed the room there is: its last place takes what does not count. No branch: five of six candidates are not near, which
-    a processor cannot foresee."""
-    room = found.shape[0] - 1
+    a processor cannot foresee. All indices are unsigned: a signed one may count from the end (measured: a quarter slower)."""
+    room = np.uint64(found.shape[1] - 1)
     for j in range(begin, end):
-        found[min(count, room)] = j
-        count += near(place, i, j, skin, grid) & ((frozen[i] & frozen[j]) == 0)
+        found[i, min(count, room)] = j
+        count += np.uint64(near(place, i, j, skin, grid) & ((frozen[i] & frozen[j]) == 0))
     return count
 
 
 @helper
 def scan_listed(i, begin, end, rows, place, frozen, skin, grid, found, count):
     """The same for rows that are given by a list."""
-    room = found.shape[0] - 1
+    room = np.uint64(found.shape[1] - 1)
     for q in range(begin, end):
-        j = np.int64(rows[q])
-        found[min(count, room)] = j
-        count += near(place, i, j, skin, grid) & ((frozen[i] & frozen[j]) == 0)
+        j = rows[q]
+        found[i, min(count, room)] = j
+        count += np.uint64(near(place, i, j, skin, grid) & ((frozen[i] & frozen[j]) == 0))
     return count
 
 
@@ -72,25 +79,20 @@ def find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid, 
         y0, y1 = neighbour_range(cy, ny, grid[WRAPS, 1])
         z0, z1 = neighbour_range(cz, nz, grid[WRAPS, 2])
         in_line = cx + x0 >= 0 and cx + x1 < nx
-        count = 0
+        runs = 1 if in_line else x1 - x0 + 1
+        width = x1 - x0 if in_line else 0
+        above = np.uint64(i + 1)
+        count = np.uint64(0)
         for sz in range(z0, z1 + 1):
             for sy in range(y0, y1 + 1):
-                line = (((cz + sz + nz) % nz) * ny + (cy + sy + ny) % ny) * nx
-                if in_line:
-                    first, last = line + cx + x0, line + cx + x1
-                    count = scan(i, max(start[first], i + 1), start[last + 1], place, frozen, skin, grid, found[i], count)
+                line = (wrapped(cz + sz, nz) * ny + wrapped(cy + sy, ny)) * nx
+                for run in range(runs):
+                    c = line + wrapped(cx + x0 + run, nx)
+                    begin, end = max(np.uint64(start[c]), above), np.uint64(start[c + width + 1])
+                    count = scan(i, begin, end, place, frozen, skin, grid, found, count)
                     if has_ghosts:
-                        count = scan_listed(
-                            i, ghost_start[first], ghost_start[last + 1], ghost_rows, place, frozen, skin, grid, found[i], count
-                        )
-                else:
-                    for sx in range(x0, x1 + 1):
-                        c = line + (cx + sx + nx) % nx
-                        count = scan(i, max(start[c], i + 1), start[c + 1], place, frozen, skin, grid, found[i], count)
-                        if has_ghosts:
-                            count = scan_listed(
-                                i, ghost_start[c], ghost_start[c + 1], ghost_rows, place, frozen, skin, grid, found[i], count
-                            )
+                        begin, end = np.uint64(ghost_start[c]), np.uint64(ghost_start[c + width + 1])
+                        count = scan_listed(i, begin, end, ghost_rows, place, frozen, skin, grid, found, count)
         counts[i] = count
 
 
@@ -148,26 +150,55 @@ def fill_incidence(n_owned, first, second, wall_grain, start, incidence):
 
 
 @helper
-def partner_key(entry, first, second, ids, wall_key):
-    """Key of the partner in a contact: the id of a grain, or the negative key of a wall."""
+def partner_key(i, entry, first, second, ids, wall_key):
+    """Key of the partner of row ``i`` in a contact: the id of a grain, or the negative key of a wall."""
     k = entry >> 1
     if k >= first.shape[0]:
         return wall_key[k - first.shape[0]]
-    return ids[first[k]] if entry & 1 else ids[second[k]]
+    return ids[first[k] ^ second[k] ^ np.uint32(i)]  # the other of the two, whichever it is, without a branch
+
+
+@helper
+def sort_by_insertion(begin, end, incidence, keys):
+    """Bring entries with their keys into ascending order, in place."""
+    for q in range(begin, end):
+        entry, key = incidence[q], keys[q]
+        p = q
+        while p > begin and keys[p - 1] > key:
+            incidence[p] = incidence[p - 1]
+            keys[p] = keys[p - 1]
+            p -= 1
+        incidence[p] = entry
+        keys[p] = key
+
+
+@helper
+def sort_by_rank(begin, end, incidence, keys, room):
+    """The same: an entry goes to the place that is the number of smaller keys. More comparisons than an insertion makes, but
+    none that a processor has to foresee (measured on 8 entries a grain: a third of the time)."""
+    count = end - begin
+    for a in range(count):
+        room[0, a] = keys[begin + a]
+        room[1, a] = incidence[begin + a]
+    for a in range(count):
+        place = begin
+        for b in range(count):
+            place += room[0, b] < room[0, a]
+        keys[place] = room[0, a]
+        incidence[place] = room[1, a]
 
 
 @kernel(parallel=True)
-def sort_incidence(n_owned, first, second, ids, wall_key, start, incidence, keys):
-    """Bring the contacts of each grain into ascending order of the partner's key. ``incidence`` and ``keys``, which become
+def sort_incidence(parts, first, second, ids, wall_key, start, incidence, keys, room):
+    """Bring the contacts of each grain into ascending order of the partner's key. Thread p does the grains ``parts[p]`` to
+    ``parts[p + 1]`` with ``room[p]``, (2, entries that are sorted by rank). ``incidence`` and ``keys``, which become
     the keys in that order, are modified."""
-    for i in prange(n_owned):
-        for q in range(start[i], start[i + 1]):
-            entry = incidence[q]
-            key = partner_key(entry, first, second, ids, wall_key)
-            p = q
-            while p > start[i] and keys[p - 1] > key:
-                incidence[p] = incidence[p - 1]
-                keys[p] = keys[p - 1]
-                p -= 1
-            incidence[p] = entry
-            keys[p] = key
+    for p in prange(parts.shape[0] - 1):
+        for i in range(parts[p], parts[p + 1]):
+            begin, end = start[i], start[i + 1]
+            for q in range(begin, end):
+                keys[q] = partner_key(i, incidence[q], first, second, ids, wall_key)
+            if end - begin <= room.shape[2]:
+                sort_by_rank(begin, end, incidence, keys, room[p])
+            else:
+                sort_by_insertion(begin, end, incidence, keys)

@@ -1,20 +1,37 @@
 """The text of the module that ``generate.py`` writes for a law: the loop over contacts, written once for all laws.
 
 ``barchan_contact`` takes and returns plain numbers only: a tuple inside the body of the parallel loop makes Numba suspect that
-arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Branches inside it become selects. A lane
-that does not touch computes with the smallest positive overlap, and its result is dropped by a select, never multiplied
-by 0. Rows of ``out``: force on the first grain, n x F_t, and for lens arms the arms of both grains: a grain's torque is minus
-its arm times n x F_t (six rows instead of nine are a third less to write and read, which is what limits the loop).
+arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Branches inside it become selects.
+
+``pair_forces`` works on blocks of candidates that stay in the cache: a scalar loop finds those that touch (it cannot be
+vectorised, but it costs 2 ns a candidate, the law 8), a vectorised loop computes them. A contact that touches gets a *column*
+of ``out`` and ``history``; ``slot`` says which. Columns depend on the block and the place in it, never on the thread.
+All indices are unsigned: a signed one may count from the end, and then the vectoriser gives up.
+
+Rows of ``out``: force on the first grain, n x F_t, and for lens arms the arms of both grains: a grain's torque is minus
+its arm times n x F_t (six rows instead of nine are a third less to write and read).
 """
 
-TINY = 1e-300
+import numpy as np
+
+from barchan.kernels.compiler import shares
+
+#: Overlap of a contact that rounding puts on the edge of touching. Its square root and its square are ordinary numbers.
+TINY = 1e-100
+
+#: Candidates that are looked at before those that touch are computed: 30 kB of memory in between (measured: 256 to 2048 alike).
+BLOCK = 512
 
 MODULE = '''"""Loops of the law '{law}', written by barchan. Do not edit: it is found by the hash of its text."""
 
 {imports}
+import numpy as barchan_np
 from barchan.kernels.compiler import helper, kernel, prange, widest_lanes
 
 {functions}
+
+barchan_block = barchan_np.uint64({block})
+
 
 @helper
 def barchan_separation(dx, dy, dz, vx, vy, vz, dt):
@@ -53,73 +70,100 @@ def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy
 
 
 @kernel(parallel=True)
-def pair_forces(first, second, n_owned, place, motion, spin, material, stride, table, history, out, box_length, box_half, dt,
-                allowed_overlap, max_overlap):
-    """Forces of all pairs of grains. ``history`` and ``out`` are modified. Returns (touching, above the allowed overlap,
-    above the largest); a pair across two ranks is counted by the owner of its first grain."""
+def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, kept, out, rows,
+                touches, branch, box_length, box_half, dt, allowed_overlap, max_overlap):
+    """Forces of all pairs of grains that touch. Thread p looks at the candidates ``parts[p]`` to ``parts[p + 1]``.
+
+    ``slot`` (old column in, new column out), ``kept`` (the new history) and ``out`` are modified; ``rows``, ``touches``
+    and ``branch`` are room for a block of each thread. Returns (touching, above the allowed overlap, above the largest);
+    a pair across two ranks is counted by the owner of its first grain."""
     length_x, length_y, length_z = box_length[0], box_length[1], box_length[2]
     half_x, half_y, half_z = box_half[0], box_half[1], box_half[2]
     {hoisted}
     touching = 0
     large = 0
     too_large = 0
-    for k in prange(first.shape[0]):
+    for p in prange(parts.shape[0] - 1):
         widest_lanes()
-        i = first[k]
-        j = second[k]
-        dx = place[i, 0] - place[j, 0]
-        dy = place[i, 1] - place[j, 1]
-        dz = place[i, 2] - place[j, 2]
-        dx = dx - length_x if dx > half_x else dx
-        dx = dx + length_x if dx < -half_x else dx
-        dy = dy - length_y if dy > half_y else dy
-        dy = dy + length_y if dy < -half_y else dy
-        dz = dz - length_z if dz > half_z else dz
-        dz = dz + length_z if dz < -half_z else dz
-        ri = place[i, 3]
-        rj = place[j, 3]
-        vx = motion[i, 0] - motion[j, 0]
-        vy = motion[i, 1] - motion[j, 1]
-        vz = motion[i, 2] - motion[j, 2]
-        {gathered}
-        distance, nx, ny, nz, hx, hy, hz = barchan_separation(dx, dy, dz, vx, vy, vz, dt)
-        overlap = ri + rj - distance
-        arm_i = {arm_first}
-        arm_j = {arm_second}
-        fx, fy, fz, ax, ay, az{history_names} = barchan_contact(
-            overlap, distance, arm_i, arm_j, nx, ny, nz, hx, hy, hz, ri, rj, ri * rj / (ri + rj),
-            1.0 / (motion[i, 3] + motion[j, 3]), vx, vy, vz,
-            spin[i, 0], spin[i, 1], spin[i, 2], spin[j, 0], spin[j, 1], spin[j, 2], dt, {flat_arguments})
-        touches = overlap > 0.0
-        out[0, k] = fx if touches else 0.0
-        out[1, k] = fy if touches else 0.0
-        out[2, k] = fz if touches else 0.0
-        out[3, k] = ax if touches else 0.0
-        out[4, k] = ay if touches else 0.0
-        out[5, k] = az if touches else 0.0
-        {keep_arms}
-        {keep_history}
-        counted = overlap if i < n_owned else -1.0
-        diameter = 2.0 * min(ri, rj)
-        touching += 1 if counted > 0.0 else 0
-        large += 1 if counted > allowed_overlap * diameter else 0
-        too_large += 1 if counted > max_overlap * diameter else 0
+        last = parts[barchan_np.uint64(p + 1)]
+        for begin in range(parts[p], last, barchan_block):
+            length = min(barchan_block, last - begin)
+            for b in range(length):
+                i = first[begin + b]
+                j = second[begin + b]
+                dx = place[i, 0] - place[j, 0]
+                dy = place[i, 1] - place[j, 1]
+                dz = place[i, 2] - place[j, 2]
+                dx = dx - length_x if dx > half_x else dx
+                dx = dx + length_x if dx < -half_x else dx
+                dy = dy - length_y if dy > half_y else dy
+                dy = dy + length_y if dy < -half_y else dy
+                dz = dz - length_z if dz > half_z else dz
+                dz = dz + length_z if dz < -half_z else dz
+                reach = place[i, 3] + place[j, 3]
+                branch[p, 0, b] = dx
+                branch[p, 1, b] = dy
+                branch[p, 2, b] = dz
+                touches[p, b] = 1 if dx * dx + dy * dy + dz * dz < reach * reach else 0
+            count = barchan_np.uint64(0)
+            for b in range(length):
+                rows[p, 0, count] = b
+                rows[p, 1, count] = slot[begin + b]
+                count += barchan_np.uint64(touches[p, b])
+                slot[begin + b] = (begin + count) * touches[p, b]
+            for c in range(count):
+                b = rows[p, 0, c]
+                old = rows[p, 1, c]
+                k = begin + c + barchan_np.uint64(1)
+                i = first[begin + b]
+                j = second[begin + b]
+                dx = branch[p, 0, b]
+                dy = branch[p, 1, b]
+                dz = branch[p, 2, b]
+                ri = place[i, 3]
+                rj = place[j, 3]
+                vx = motion[i, 0] - motion[j, 0]
+                vy = motion[i, 1] - motion[j, 1]
+                vz = motion[i, 2] - motion[j, 2]
+                {gathered}
+                distance, nx, ny, nz, hx, hy, hz = barchan_separation(dx, dy, dz, vx, vy, vz, dt)
+                overlap = ri + rj - distance
+                arm_i = {arm_first}
+                arm_j = {arm_second}
+                fx, fy, fz, ax, ay, az{history_names} = barchan_contact(
+                    overlap, distance, arm_i, arm_j, nx, ny, nz, hx, hy, hz, ri, rj, ri * rj / (ri + rj),
+                    1.0 / (motion[i, 3] + motion[j, 3]), vx, vy, vz,
+                    spin[i, 0], spin[i, 1], spin[i, 2], spin[j, 0], spin[j, 1], spin[j, 2], dt, {flat_arguments})
+                out[0, k] = fx
+                out[1, k] = fy
+                out[2, k] = fz
+                out[3, k] = ax
+                out[4, k] = ay
+                out[5, k] = az
+                {keep_arms}
+                {keep_history}
+                counted = overlap if i < n_owned else -1.0
+                diameter = 2.0 * min(ri, rj)
+                touching += 1 if i < n_owned else 0
+                large += 1 if counted > allowed_overlap * diameter else 0
+                too_large += 1 if counted > max_overlap * diameter else 0
     return touching, large, too_large
 
 
 @kernel(parallel=True)
-def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, history, out, offset,
+def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, slot, history, kept, out, offset,
                 dt, allowed_overlap, max_overlap):
     """Forces of all contacts of grains with walls. Rows of ``surface``: distance, normal, half-step normal, velocity of
-    the wall at the contact, curvature. Contact c stands in column ``offset`` + c of ``history`` and ``out``, both modified.
-    Returns what ``pair_forces`` returns."""
+    the wall at the contact, curvature. Contact c has the number ``offset`` + c and, when it touches, the column after it.
+    Modifies and returns what ``pair_forces`` does."""
     {hoisted}
     touching = 0
     large = 0
     too_large = 0
     for c in prange(grain.shape[0]):
         i = grain[c]
-        k = offset + c
+        old = slot[offset + c]
+        k = offset + c + barchan_np.uint64(1)
         ri = place[i, 3]
         distance = surface[0, c]
         {wall_gathered}
@@ -130,19 +174,32 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
             motion[i, 0] - surface[7, c], motion[i, 1] - surface[8, c], motion[i, 2] - surface[9, c],
             spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
         touches = overlap > 0.0
-        out[0, k] = fx if touches else 0.0
-        out[1, k] = fy if touches else 0.0
-        out[2, k] = fz if touches else 0.0
-        out[3, k] = ax if touches else 0.0
-        out[4, k] = ay if touches else 0.0
-        out[5, k] = az if touches else 0.0
+        slot[offset + c] = k if touches else barchan_np.uint64(0)
+        out[0, k] = fx
+        out[1, k] = fy
+        out[2, k] = fz
+        out[3, k] = ax
+        out[4, k] = ay
+        out[5, k] = az
         {keep_wall_arm}
-        {keep_history}
+        {keep_wall_history}
         touching += 1 if touches else 0
         large += 1 if overlap > allowed_overlap * 2.0 * ri else 0
         too_large += 1 if overlap > max_overlap * 2.0 * ri else 0
     return touching, large, too_large
 '''
+
+
+def block_rooms(n_pairs):
+    """What ``pair_forces`` needs for each thread: where its candidates begin, (threads + 1,), and room for a block of them.
+
+    Returns:
+        (parts, rows (threads, 2, BLOCK), touches (threads, BLOCK), branch vectors (threads, 3, BLOCK)).
+    """
+    parts = shares(n_pairs)
+    threads = len(parts) - 1
+    return parts, np.empty((threads, 2, BLOCK), np.uint32), np.empty((threads, BLOCK), np.uint32), np.empty((threads, 3, BLOCK))
+
 
 #: Torque arms: name -> (arm of the first, arm of the second, arm of a grain at a wall).
 ARMS = {

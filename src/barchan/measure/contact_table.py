@@ -32,16 +32,16 @@ def contact_table(sim, all_ranks=True):
         "relative_overlap": np.concatenate(
             [overlap / (2.0 * np.minimum(place[first, 3], place[second, 3])), wall_overlap / (2.0 * place[on_walls, 3])]
         ),
-        "force": contacts.out[:3].T.copy(),
+        "force": contacts.forces(slice(None)).T.copy(),
         "point": np.concatenate(
             [
                 place[second, :3] + branch * (arm / distance)[:, None],
                 place[on_walls, :3] - contacts.surface[1:4].T * contacts.surface[0][:, None],
             ]
         ),
-        "memory": contacts.history.T.copy(),
+        "memory": contacts.history[:, contacts.slot].T.copy(),
     }
-    mine = np.concatenate([first < grains.n, np.ones(len(on_walls), dtype=bool)]) & (table["overlap"] > 0.0)
+    mine = np.concatenate([first < grains.n, np.ones(len(on_walls), dtype=bool)]) & (contacts.slot > 0)
     parts = [{name: column[mine] for name, column in table.items()}]
     if all_ranks:
         parts = sim.comm.all_gather(parts[0])
@@ -54,5 +54,5 @@ def wall_force(sim, number):
     """Force of the grains on a wall, three numbers [force]: an exact sum over all its contacts and ranks."""
     contacts = sim.contacts
     begin, end = contacts.wall_ranges[number]
-    columns = slice(contacts.n_pairs + begin, contacts.n_pairs + end)
-    return np.array([-exact_sum(contacts.out[c, columns], sim.comm) for c in range(3)])
+    forces = contacts.forces(slice(contacts.n_pairs + begin, contacts.n_pairs + end))
+    return np.array([-exact_sum(force, sim.comm) for force in forces])

@@ -10,6 +10,7 @@ normal force has a memory has no such energy; what comes out then means nothing.
 import numpy as np
 
 from barchan.kernels.generate import make_loops
+from barchan.kernels.template import block_rooms
 from barchan.measure.touching import touching_pairs, touching_walls
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -35,9 +36,10 @@ def _integral(force, overlap):
     return overlap * sum(weight * force(part * overlap) for part, weight in _POINTS)
 
 
-def _scratch(sim, count):
-    """Empty memory, and room for forces."""
-    return np.zeros((sim.contacts.history_width, count)), np.empty((sim.contacts.out_rows, count))
+def _columns(sim, count):
+    """Columns for contacts without memory: slot, history, new history, forces."""
+    slot, width = np.zeros(count, dtype=np.uint32), sim.contacts.history_width
+    return slot, np.zeros((width, 1 + count)), np.zeros((width, 1 + count)), np.zeros((sim.contacts.out_rows, 1 + count))
 
 
 def _of_pairs(sim, loops, table, pairs):
@@ -47,14 +49,16 @@ def _of_pairs(sim, loops, table, pairs):
     place, motion, spin = np.zeros((3, 2 * count, 4))
     place[:, 3], motion[:, 3] = grains.view("radius", True)[rows], grains.view("inverse_mass", True)[rows]
     material, touch = grains.block("material", True)[rows], place[::2, 3] + place[1::2, 3]
-    history, out = _scratch(sim, count)
+    slot, *columns = _columns(sim, count)
     first = np.arange(0, 2 * count, 2, dtype=np.uint32)
-    state = (first, first + np.uint32(1), np.uint32(2 * count), place, motion, spin, material, np.uint32(len(sim.materials)))
+    parts, *rooms = block_rooms(count)
+    candidates = (parts, first, first + np.uint32(1), np.uint32(2 * count))
+    state = (*candidates, place, motion, spin, material, np.uint32(len(sim.materials)), table, slot, *columns, *rooms)
 
     def force(overlap):
         place[::2, 0] = touch - overlap
-        loops.pair_forces(*state, table, history, out, np.zeros(3), np.full(3, np.inf), 0.0, np.inf, np.inf)
-        return out[0]
+        loops.pair_forces(*state, np.zeros(3), np.full(3, np.inf), 0.0, np.inf, np.inf)
+        return columns[-1][0, slot]
 
     return _integral(force, pairs.overlap)
 
@@ -70,12 +74,13 @@ def _of_walls(sim, loops, table, at_walls):
     surface[1] = surface[4] = 1.0
     surface[10] = contacts.surface[10, at_walls.contact]
     materials = grains.block("material")[at_walls.grain], contacts.wall_material[at_walls.contact]
-    history, out = _scratch(sim, count)
-    state = (np.arange(count, dtype=np.uint32), surface, place, motion, spin, *materials, np.uint32(len(sim.materials)))
+    slot, *columns = _columns(sim, count)
+    grain, stride = np.arange(count, dtype=np.uint32), np.uint32(len(sim.materials))
+    state = (grain, surface, place, motion, spin, *materials, stride, table, slot, *columns, np.uint64(0))
 
     def force(overlap):
         surface[0] = place[:, 3] - overlap
-        loops.wall_forces(*state, table, history, out, 0, 0.0, np.inf, np.inf)
-        return out[0]
+        loops.wall_forces(*state, 0.0, np.inf, np.inf)
+        return columns[-1][0, slot]
 
     return _integral(force, at_walls.overlap)

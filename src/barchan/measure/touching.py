@@ -51,8 +51,8 @@ def touching_pairs(sim):
         branch = sim.box.difference(one[:, :3], other[:, :3]).T
         distance = np.sqrt(_dot(branch, branch))
         overlap = one[:, 3] + other[:, 3] - distance
-        found = np.flatnonzero((overlap > 0.0) & (first < sim.grains.n))
-        force = _dot(contacts.out[:3, some], branch) / distance
+        found = np.flatnonzero((contacts.slot[some] > 0) & (first < sim.grains.n))
+        force = _dot(contacts.forces(some), branch) / distance
         yield Pairs(first[found], second[found], overlap[found], force[found])
 
 
@@ -60,8 +60,9 @@ def touching_walls(sim):
     """``AtWalls`` of the present state."""
     contacts = sim.contacts
     overlap = sim.grains.view("radius")[contacts.wall_grain] - contacts.surface[0]
-    found = np.flatnonzero(overlap > 0.0)
-    force = _dot(contacts.out[:3, contacts.n_pairs :], contacts.surface[1:4])
+    walls = slice(contacts.n_pairs, None)
+    found = np.flatnonzero(contacts.slot[walls] > 0)
+    force = _dot(contacts.forces(walls), contacts.surface[1:4])
     return AtWalls(found, contacts.wall_grain[found], overlap[found], force[found])
 
 

@@ -3,13 +3,34 @@
 Contacts are numbered: pairs of grains first, then grains at walls. Arrays have spare room and grow when a rebuild needs it.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from barchan.kernels import cells
 from barchan.kernels import history as history_kernels
 from barchan.kernels import pairs as pair_kernels
+from barchan.kernels.compiler import shares
 from barchan.kernels.gather import gather_forces
+from barchan.kernels.template import block_rooms
 from barchan.neighbors.rows import ContactRows
+
+#: Contacts of a grain up to which they are sorted by rank.
+SORTED_BY_RANK = 32
+
+
+class Setting(NamedTuple):
+    """What the forces of contacts depend on, besides the grains.
+
+    ``table``: (parameters, pairs of materials) of the law; ``frame``: a ``Frame``; overlaps relative to the smaller diameter.
+    """
+
+    n_materials: int
+    table: np.ndarray
+    frame: object
+    dt: float
+    allowed_overlap: float
+    max_overlap: float
 
 
 class Contacts:
@@ -19,8 +40,10 @@ class Contacts:
         first, second: (pairs,) rows of the grains; the first has the smaller id.
         wall_grain, wall_key, wall_material: (wall contacts,) row of the grain, key and material of the wall.
         start, incidence, keys: contacts of each owned grain, as 2 * contact + side, in ascending order of the partner's key.
-        history: (width, contacts) memory of the law, as seen from the first grain.
-        out: (6 or 8, contacts) force on the first, n x F_t, and for lens arms the arms of both (``kernels/template.py``).
+        slot: (contacts,) column in which a contact that touches keeps its memory and its force; 0 of one that does not.
+        history: (width, 1 + contacts) memory of the law by column, as seen from the first grain; column 0 holds zeros.
+        out: (6 or 8, 1 + contacts) by column: force on the first, n x F_t, and for lens arms the arms of both
+            (``kernels/template.py``); column 0 holds zeros.
         surface: (11, wall contacts) geometry of wall contacts at this step.
     """
 
@@ -30,7 +53,9 @@ class Contacts:
         self.wall_grain = self.wall_material = np.zeros(0, dtype=np.uint32)
         self.wall_key = np.zeros(0, dtype=np.int64)
         self.start, self.incidence = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.uint32)
-        self.history, self.out, self.surface = np.zeros((law.history_width, 0)), np.zeros((self.out_rows, 0)), np.zeros((11, 0))
+        self.slot, self.surface = np.zeros(0, dtype=np.uint32), np.zeros((11, 0))
+        self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
+        self._kept = self.history.copy()
         self.keys = np.zeros(0, dtype=np.int64)
         self.wall_ranges, self._room, self._stores = [], 16, {}
 
@@ -53,13 +78,13 @@ class Contacts:
         Args:
             on_both: let both grains of a pair remember it, as they must before they may part to different ranks.
         """
-        if self.history_width == 0 or self.history.shape[1] == 0:
+        if self.history_width == 0 or len(self.slot) == 0:
             return ContactRows.empty(n_owned, self.history_width)
         counts = np.zeros(n_owned, dtype=np.int64)
-        history_kernels.count_rows(self.start, self.incidence, self.history, on_both, counts)
+        history_kernels.count_rows(self.start, self.incidence, self.slot, on_both, counts)
         start = np.concatenate([[0], np.cumsum(counts)])
         keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.history_width))
-        history_kernels.detach_rows(self.start, self.incidence, self.history, on_both, self.keys, start, keys, values)
+        history_kernels.detach_rows(self.start, self.incidence, self.slot, self.history, on_both, self.keys, start, keys, values)
         return ContactRows(start, keys, values)
 
     def build(self, grains, walls, grid, skin):
@@ -99,31 +124,71 @@ class Contacts:
         self.incidence = self._array("incidence", np.uint32, self.start[-1])
         self.keys = self._array("keys", np.int64, self.start[-1])
         pair_kernels.fill_incidence(n_owned, self.first, self.second, self.wall_grain, self.start, self.incidence)
-        pair_kernels.sort_incidence(n_owned, self.first, self.second, ids, self.wall_key, self.start, self.incidence, self.keys)
-        self.out = self._array("out", np.float64, self.out_rows, self.n_pairs + len(self.wall_grain))
+        parts = shares(n_owned)
+        room = np.empty((len(parts) - 1, 2, SORTED_BY_RANK), dtype=np.int64)
+        pair_kernels.sort_incidence(
+            parts, self.first, self.second, ids, self.wall_key, self.start, self.incidence, self.keys, room
+        )
 
     def attach(self, grains, rows):
         """Give the new contacts what their grains remember of each other."""
-        self.history = self._array("history", np.float64, self.history_width, self.n_pairs + len(self.wall_grain))
-        if self.history_width:
-            history_kernels.attach_rows(
-                grains.n,
-                self.first,
-                self.second,
-                grains.view("id", ghosts=True),
-                self.wall_grain,
-                self.wall_key,
-                rows.start,
-                rows.keys,
-                rows.values,
-                self.history,
-            )
+        count = self.n_pairs + len(self.wall_grain)
+        self.slot = self._array("slot", np.uint32, count)
+        self.history, self._kept = (self._columns(name, self.history_width, count) for name in ("history", "kept"))
+        self.out = self._columns("out", self.out_rows, count)
+        self.slot[:] = 0
+        history_kernels.attach_rows(
+            grains.n,
+            self.first,
+            self.start,
+            self.incidence,
+            self.keys,
+            rows.start,
+            rows.keys,
+            rows.values,
+            self.slot,
+            self.history,
+        )
+
+    def _columns(self, name, rows, count):
+        columns = self._array(name, np.float64, rows, 1 + count)
+        columns[:, 0] = 0.0
+        return columns
+
+    def compute(self, loops, grains, setting):
+        """Forces of all contacts; memory advances by the time step, forces are kept by column.
+
+        Args:
+            loops: compiled ``Loops`` of the law.
+            setting: a ``Setting``.
+
+        Returns:
+            (contacts that touch, above the allowed overlap, above the largest).
+        """
+        state = tuple(grains.block(name, ghosts=True) for name in ("place", "motion", "spin", "material"))
+        law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self._kept, self.out)
+        last = (setting.dt, setting.allowed_overlap, setting.max_overlap)
+        parts, *rooms = block_rooms(self.n_pairs)
+        pairs = (parts, self.first, self.second, np.uint32(grains.n))
+        frame = (setting.frame.length, setting.frame.half)
+        counts = loops.pair_forces(*pairs, *state, *law, *rooms, *frame, *last)
+        if len(self.wall_grain):
+            walls = (self.wall_grain, self.surface)
+            at_walls = loops.wall_forces(*walls, *state, self.wall_material, *law, np.uint64(self.n_pairs), *last)
+            counts = [a + b for a, b in zip(counts, at_walls)]
+        self.history, self._kept = self._kept, self.history
+        return counts
+
+    def forces(self, some):
+        """Forces on the first grains of ``some`` contacts, a slice, (3, k); 0 for those that do not touch."""
+        return self.out[:3, self.slot[some]]
 
     def gather(self, grains, gravity):
         """Sum the contacts of each grain into ``force`` and ``torque``; returns how many are not finite."""
         return gather_forces(
             self.start,
             self.incidence,
+            self.slot,
             self.out,
             grains.block("place"),
             grains.block("mass"),
