@@ -138,11 +138,13 @@ def test_the_list_grows_when_a_grain_has_many_neighbours(seed):
     assert sorted(set(pairs)) == sorted(pairs)
 
 
-def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key():
-    """The order of a grain's sum: walls first (negative keys), then ids; it may not depend on rows."""
+@pytest.mark.parametrize("skin", [1.0, 9.0], ids=["about ten contacts a grain", "all with all"])
+def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key(skin):
+    """The order of a grain's sum: walls first (negative keys), then ids; it may not depend on rows. Few contacts are sorted in
+    one way, many in another."""
     rng = np.random.default_rng(4)
     sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)), properties=NOTHING)
-    sim.skin, sim.max_overlap, sim.check_dt = 1.0, 1e9, False
+    sim.skin, sim.max_overlap, sim.check_dt = skin, 1e9, False
     sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
     sim.add_wall(bc.Plane((0, 0, 5), (0, 0, -1)))
     sim.add_grains(rng.uniform(0, 5, (50, 3)), 0.5)
@@ -162,6 +164,24 @@ def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key():
                 assert side == 0 and contacts.wall_grain[k - contacts.n_pairs] == row and key < 0
         seen += len(entries)
     assert seen == 2 * contacts.n_pairs + len(contacts.wall_grain) > 100
+
+
+def test_a_grain_with_many_contacts_remembers_them_all_over_a_rebuild():
+    """A big grain pressed by 100 small ones that slide on it: more contacts than are taken off the list at a time."""
+    rng = np.random.default_rng(5)
+    sim = simulation(bc.Box((0, 0, 0), (10, 10, 10)), dt=1e-4)
+    direction = rng.normal(size=(100, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    sim.add_grains([[5.0, 5.0, 5.0]], 2.0, omega=(0.0, 0.0, 1.0))
+    sim.add_grains(5.0 + direction * 2.09, 0.1)
+    sim.max_overlap = 1e9
+    sim.run(5)
+    before = bc.measure.contact_table(sim)
+    sim.rebuild()
+    after = bc.measure.contact_table(sim)
+    touching = (before["first"] == 0).sum()
+    assert touching > 64 and (np.abs(before["memory"]).max(axis=1) > 0.0).sum() > 64
+    assert all(np.array_equal(before[name], after[name]) for name in ("first", "second", "memory"))
 
 
 def test_each_virtual_rank_of_the_tests_above_has_work():

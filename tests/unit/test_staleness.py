@@ -77,6 +77,8 @@ def test_intervals_and_the_bound_of_equation_13_are_remembered():
     watch.advance(0.0, skin=0.1, dt=0.01)
     assert watch.bound_13 == pytest.approx(2.5), "skin / (2 v dt) of the fastest"
     assert watch.approach == pytest.approx(0.06), "twice the ways of the fastest"
+    watch.remember(11, np.zeros((1, 3)))
+    assert watch.approach == 0.0, "a new list begins a new count"
 
 
 def test_more_rebuilds_may_be_asked_for():

@@ -1,15 +1,23 @@
 """Every shipped law runs in vector lanes: asserted on the machine code."""
 
+import re
+
+import llvmlite.binding
 import pytest
 
 import barchan as bc
-from barchan.testing import packed_square_roots
+from barchan.testing import machine_code, packed_square_roots
 
 
 @pytest.mark.parametrize("uniform", [True, False], ids=["one material", "several materials"])
 @pytest.mark.parametrize("law", bc.laws.SHIPPED.values(), ids=lambda law: law.name)
 def test_the_loop_has_packed_square_roots(law, uniform):
     assert packed_square_roots(law, uniform) > 0
+
+
+@pytest.mark.skipif(not llvmlite.binding.get_host_cpu_features().get("avx512f"), reason="a processor without 512-bit lanes")
+def test_the_loop_uses_lanes_of_512_bits_where_there_are_some():
+    assert re.findall(r"vsqrtpd\s.*%zmm", machine_code(bc.laws.SHIPPED["hertz"]))
 
 
 def test_a_loop_that_is_not_vectorised_is_noticed():

@@ -16,19 +16,28 @@ def count_rows(start, incidence, slot, on_both, counts):
 
 
 @kernel(parallel=True)
-def detach_rows(start, incidence, slot, history, on_both, partner_keys, row_start, keys, values):
+def detach_rows(parts, room, start, incidence, slot, history, on_both, partner_keys, row_start, keys, values):
     """Write the remembered contacts of each owned grain to its rows: ``keys`` of the partners, ascending, and ``values``
-    (rows, width), both modified."""
-    for i in prange(row_start.shape[0] - 1):
-        row = row_start[i]
-        for q in range(start[i], start[i + 1]):
-            entry = incidence[q]
-            k = slot[entry >> 1]
-            if (on_both | (entry & 1 == 0)) & (k != 0):
-                keys[row] = partner_keys[q]
-                for c in range(history.shape[0]):
-                    values[row, c] = history[c, k]
-                row += 1
+    (rows, width), both modified. Thread p does the grains ``parts[p]`` to ``parts[p + 1]``.
+
+    They are listed in ``room[p]`` first, which takes no branch: half of a grain's contacts are the other one's to remember,
+    in no order that a processor could foresee (measured: half the time)."""
+    for p in prange(parts.shape[0] - 1):
+        for i in range(parts[p], parts[p + 1]):
+            row = row_start[i]
+            for begin in range(start[i], start[i + 1], room.shape[1]):
+                count = 0
+                for q in range(begin, min(begin + room.shape[1], start[i + 1])):
+                    entry = incidence[q]
+                    room[p, count] = q
+                    count += (on_both | (entry & 1 == 0)) & (slot[entry >> 1] != 0)
+                for c in range(count):
+                    q = room[p, c]
+                    k = slot[incidence[q] >> 1]
+                    keys[row] = partner_keys[q]
+                    for w in range(history.shape[0]):
+                        values[row, w] = history[w, k]
+                    row += 1
 
 
 @kernel(parallel=True)

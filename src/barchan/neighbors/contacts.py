@@ -15,8 +15,8 @@ from barchan.kernels.gather import gather_forces
 from barchan.kernels.template import block_rooms
 from barchan.neighbors.rows import ContactRows
 
-#: Contacts of a grain up to which they are sorted by rank.
-SORTED_BY_RANK = 32
+#: Contacts of a grain that are sorted by rank, or listed, at a time.
+AT_A_TIME = 32
 
 
 class Setting(NamedTuple):
@@ -84,7 +84,10 @@ class Contacts:
         history_kernels.count_rows(self.start, self.incidence, self.slot, on_both, counts)
         start = np.concatenate([[0], np.cumsum(counts)])
         keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.history_width))
-        history_kernels.detach_rows(self.start, self.incidence, self.slot, self.history, on_both, self.keys, start, keys, values)
+        parts = shares(n_owned)
+        room = np.empty((len(parts) - 1, AT_A_TIME), dtype=np.int64)
+        contacts = (self.start, self.incidence, self.slot, self.history, on_both, self.keys)
+        history_kernels.detach_rows(parts, room, *contacts, start, keys, values)
         return ContactRows(start, keys, values)
 
     def build(self, grains, walls, grid, skin):
@@ -125,7 +128,7 @@ class Contacts:
         self.keys = self._array("keys", np.int64, self.start[-1])
         pair_kernels.fill_incidence(n_owned, self.first, self.second, self.wall_grain, self.start, self.incidence)
         parts = shares(n_owned)
-        room = np.empty((len(parts) - 1, 2, SORTED_BY_RANK), dtype=np.int64)
+        room = np.empty((len(parts) - 1, 2, AT_A_TIME), dtype=np.int64)
         pair_kernels.sort_incidence(
             parts, self.first, self.second, ids, self.wall_key, self.start, self.incidence, self.keys, room
         )

@@ -38,7 +38,7 @@ class Engine:
         grains, material = case.grains, Material("grain", **case.constants._asdict())
         law = SHIPPED[LAWS[case.law]]
         sim = Simulation(Box(case.low, case.high, case.periodic), law, material, case.dt, case.gravity, self.threads)
-        sim.skin = skin * case.diameter
+        sim.skin, sim.max_overlap = skin * case.diameter, 0.9  # other codes have no such limit; one case is as soft as that
         if case.floor is not None:
             sim.add_wall(Plane((0.0, 0.0, case.floor), (0.0, 0.0, 1.0)))
         mass = 4.0 / 3.0 * np.pi * grains.radius**3 * grains.density
