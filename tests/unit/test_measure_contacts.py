@@ -7,8 +7,9 @@ import pytest
 from scenes import SOFT, fingerprint, pile, simulation
 
 import barchan as bc
+from barchan.checkpoint import restore, save
 from barchan.errors import SceneError
-from barchan.measure import ContactStatistics, EnergyBudget, Front, Jet, KineticEnergy, Profile, contact_table
+from barchan.measure import ContactStatistics, EnergyBudget, Front, Jet, KineticEnergy, Profile, contact_table, wall_force
 from barchan.parallel import virtual_ranks
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
@@ -161,6 +162,23 @@ def test_contacts_of_a_scene_that_was_changed_are_not_measured(measure):
         measure.compute(sim)
     sim.prepare()
     measure.compute(sim)
+
+
+@pytest.mark.parametrize(
+    "measure", [ContactStatistics().compute, EnergyBudget().compute, contact_table, lambda sim: wall_force(sim, 0)]
+)
+def test_contacts_of_a_restored_state_are_not_measured_before_a_step(measure, tmp_path):
+    """A checkpoint holds what the next step reads: positions, total forces and memory, but no force of a contact."""
+    sim = pile()
+    sim.run(5)
+    save(sim, tmp_path / "c.h5")
+    sim.remove(sim.grains.id.copy())
+    restore(sim, tmp_path / "c.h5")
+    sim.prepare()
+    with pytest.raises(SceneError, match="step 5: the contacts of a restored state are not computed yet; run a step first"):
+        measure(sim)
+    sim.run(1)
+    measure(sim)
 
 
 def test_same_bits_for_any_number_of_ranks_and_nothing_changed():

@@ -3,6 +3,7 @@
 import numpy as np
 
 from barchan.kernels.exact_sum import exact_sum
+from barchan.measure.touching import check_computed, check_listed
 
 
 def contact_table(sim, all_ranks=True):
@@ -15,7 +16,11 @@ def contact_table(sim, all_ranks=True):
         A dict of arrays, one row a contact: ``first`` (id), ``second`` (id, or the negative key of a wall: -1 - number),
         ``overlap`` [length], ``relative_overlap`` (to the smaller diameter), ``force`` (k, 3) on the first [force],
         ``point`` (k, 3) in the middle of the overlap [length], ``memory`` (k, width) of the law.
+
+    Raises:
+        SceneError: the contacts were not computed since the scene was changed or restored.
     """
+    check_listed(sim)
     contacts, grains = sim.contacts, sim.grains
     place, ids = grains.block("place", True), grains.view("id", True)
     first, second = contacts.first, contacts.second
@@ -51,7 +56,12 @@ def contact_table(sim, all_ranks=True):
 
 
 def wall_force(sim, number):
-    """Force of the grains on a wall, three numbers [force]: an exact sum over all its contacts and ranks."""
+    """Force of the grains on a wall, three numbers [force]: an exact sum over all its contacts and ranks.
+
+    Raises:
+        SceneError: the contacts were not computed since the state was restored.
+    """
+    check_computed(sim)
     contacts = sim.contacts
     begin, end = contacts.wall_ranges[number]
     forces = contacts.forces(slice(contacts.n_pairs + begin, contacts.n_pairs + end))

@@ -32,13 +32,39 @@ def check_contacts(sim):
     """Refuse contacts and forces that are out of date.
 
     Raises:
-        SceneError: grains or walls were changed since the last run.
+        SceneError: grains or walls were changed since the last run, or the state was restored and no step was made.
     """
-    if not (sim.is_listed and sim.is_primed):
-        raise SceneError(
-            f"step {sim.step_number}: the scene was changed since its contacts were computed; call prepare() or run() "
-            f"before measuring them"
-        )
+    check_listed(sim)
+    if not sim.is_primed:
+        raise _changed(sim)
+
+
+def check_listed(sim):
+    """Refuse contacts whose grains are not those of the list. The forces on the grains may be out of date.
+
+    Raises:
+        SceneError: grains or walls were changed since the last run, or the state was restored and no step was made.
+    """
+    if not sim.is_listed:
+        raise _changed(sim)
+    check_computed(sim)
+
+
+def check_computed(sim):
+    """Refuse forces of contacts that do not exist yet.
+
+    Raises:
+        SceneError: the state was restored and no step was made.
+    """
+    if not sim.contacts.computed:
+        raise SceneError(f"step {sim.step_number}: the contacts of a restored state are not computed yet; run a step first")
+
+
+def _changed(sim):
+    return SceneError(
+        f"step {sim.step_number}: the scene was changed since its contacts were computed; call prepare() or run() "
+        f"before measuring them"
+    )
 
 
 def touching_pairs(sim):

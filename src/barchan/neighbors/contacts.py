@@ -45,6 +45,7 @@ class Contacts:
         out: (6 or 8, 1 + contacts) by column: force on the first, n x F_t, and for lens arms the arms of both
             (``kernels/template.py``); column 0 holds zeros.
         surface: (11, wall contacts) geometry of wall contacts at this step.
+        computed: True once ``out`` and ``surface`` belong to this list.
     """
 
     def __init__(self, law):
@@ -55,7 +56,7 @@ class Contacts:
         self.start, self.incidence = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.uint32)
         self.slot, self.surface = np.zeros(0, dtype=np.uint32), np.zeros((11, 0))
         self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
-        self._kept = self.history.copy()
+        self._kept, self.computed = self.history.copy(), False
         self.keys = np.zeros(0, dtype=np.int64)
         self.wall_ranges, self._room, self._stores = [], 16, {}
 
@@ -139,7 +140,7 @@ class Contacts:
         self.slot = self._array("slot", np.uint32, count)
         self.history, self._kept = (self._columns(name, self.history_width, count) for name in ("history", "kept"))
         self.out = self._columns("out", self.out_rows, count)
-        self.slot[:] = 0
+        self.slot[:], self.computed = 0, False
         history_kernels.attach_rows(
             grains.n,
             self.first,
@@ -179,7 +180,7 @@ class Contacts:
             walls = (self.wall_grain, self.surface)
             at_walls = loops.wall_forces(*walls, *state, self.wall_material, *law, np.uint64(self.n_pairs), *last)
             counts = [a + b for a, b in zip(counts, at_walls)]
-        self.history, self._kept = self._kept, self.history
+        self.history, self._kept, self.computed = self._kept, self.history, True
         return counts
 
     def forces(self, some):

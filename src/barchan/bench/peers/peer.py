@@ -29,7 +29,7 @@ def driver(module, threads):
 
 
 def of_debian(program, package):
-    """A program of Debian, for which there is no driver yet."""
+    """A row for a program of Debian that does not run: it is not installed, or has no driver."""
     if shutil.which(program) is None:
         return Peer(package, missing=f"not installed (Debian: apt install {package})")
     return Peer(package, missing="installed, but barchan cannot drive it yet")
