@@ -43,6 +43,7 @@ def state_of(sim):
 
 def fingerprint(sim):
     """The state and the contacts of a simulation, comparable by ``==`` to the last bit."""
-    sim.prepare()  # contacts of a scene that has not begun, or was changed, are not there to be measured
+    if not sim.is_listed:  # contacts of a scene that has not begun, or was changed, are not there to be measured
+        sim.prepare()
     table = bc.measure.contact_table(sim)
     return state_of(sim), {name: column.tobytes() for name, column in table.items()}
