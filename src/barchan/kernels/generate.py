@@ -135,10 +135,12 @@ def module_text(law, uniform):
     arguments = [f"{a}={given.get(a, a)}" for a in inspect.signature(law.function).parameters]
     hoisted = [f"{p} = table[{row}, 0]" for row, p in enumerate(parameters)]
     looked_up = [f"{p} = table[{row}, pair]" for row, p in enumerate(parameters)]
+    forces = [f"out[{row}, k] = {name}" for row, name in enumerate(("fx", "fy", "fz", "ax", "ay", "az"))]
     kept = [f"kept[{row}, k] = {flat} if dt > 0.0 else history[{row}, old]" for row, flat in enumerate(memory)]
     read = [f"history[{row}, old]" for row in range(len(memory))]
     arm_first, arm_second, wall_arm = ARMS[law.lever]
-    arms = law.lever == "lens"
+    lens = law.lever == "lens"
+    arms, arm_at_wall = ["out[6, k] = arm_i", "out[7, k] = arm_j"] * lens, [f"out[6, k] = {wall_arm}"] * lens
     shallow, deep, deepest = "\n    ", "\n        ", "\n                "
     return MODULE.format(
         law=law.name,
@@ -153,13 +155,11 @@ def module_text(law, uniform):
         flat_inputs=", ".join([*parameters, *memory]),
         arguments=", ".join(arguments),
         outputs=", ".join(["pressing", "tangential", *(f"new_{name}" for name in history)]),
-        keep_wall_arm=f"out[6, k] = {wall_arm}" if arms else "pass",
-        keep_arms=deepest.join(["out[6, k] = arm_i", "out[7, k] = arm_j"]) if arms else "pass",
         flat_history="".join(f", {r}" for r in returned),
         history_names="".join(f", {n}" for n in memory),
         flat_arguments=", ".join([*parameters, *read]),
-        keep_history=deepest.join(kept) or "pass",
-        keep_wall_history=deep.join(kept) or "pass",
+        keep=deepest.join([*forces, *arms, *kept]),
+        keep_at_wall=deep.join([*forces, *arm_at_wall, *kept]),
         hoisted=(shallow.join(hoisted) or "pass") if uniform else "pass",
         gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),

@@ -3,9 +3,9 @@
 ``barchan_contact`` takes and returns plain numbers only: a tuple inside the body of the parallel loop makes Numba suspect that
 arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Branches inside it become selects.
 
-``pair_forces`` works on blocks of candidates that stay in the cache: a scalar loop finds those that touch (it cannot be
-vectorised, but it costs 2 ns a candidate, the law 8), a vectorised loop computes them. A contact that touches gets a *column*
-of ``out`` and ``history``; ``slot`` says which. Columns depend on the block and the place in it, never on the thread.
+``pair_forces`` works on blocks of candidates that stay in the cache: a vectorised loop finds the distances, a scalar one lists
+those that touch, a vectorised one computes these. A contact that touches gets a *column* of ``out`` and ``history``;
+``slot`` says which. It depends on how the candidates are shared among threads; what stands in it does not.
 All indices are unsigned: a signed one may count from the end, and then the vectoriser gives up.
 
 Rows of ``out``: force on the first grain, n x F_t, and for lens arms the arms of both grains: a grain's torque is minus
@@ -134,14 +134,7 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
                     overlap, distance, arm_i, arm_j, nx, ny, nz, hx, hy, hz, ri, rj, ri * rj / (ri + rj),
                     1.0 / (motion[i, 3] + motion[j, 3]), vx, vy, vz,
                     spin[i, 0], spin[i, 1], spin[i, 2], spin[j, 0], spin[j, 1], spin[j, 2], dt, {flat_arguments})
-                out[0, k] = fx
-                out[1, k] = fy
-                out[2, k] = fz
-                out[3, k] = ax
-                out[4, k] = ay
-                out[5, k] = az
-                {keep_arms}
-                {keep_history}
+                {keep}
                 counted = overlap if i < n_owned else -1.0
                 diameter = 2.0 * min(ri, rj)
                 touching += 1 if i < n_owned else 0
@@ -175,14 +168,7 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
             spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
         touches = overlap > 0.0
         slot[offset + c] = k if touches else barchan_np.uint64(0)
-        out[0, k] = fx
-        out[1, k] = fy
-        out[2, k] = fz
-        out[3, k] = ax
-        out[4, k] = ay
-        out[5, k] = az
-        {keep_wall_arm}
-        {keep_wall_history}
+        {keep_at_wall}
         touching += 1 if touches else 0
         large += 1 if overlap > allowed_overlap * 2.0 * ri else 0
         too_large += 1 if overlap > max_overlap * 2.0 * ri else 0

@@ -133,20 +133,25 @@ def script(case, data, skin, ranks=1):
         f"pair_style gran/{case.law}/history {c.kn:.17g} {c.kt:.17g} {c.gamma_n:.17g} {c.gamma_t:.17g} {c.friction:.17g} 1",
         f"pair_coeff * *\nneighbor {skin * case.diameter:.17g} bin\nneigh_modify every 1 delay 0\ntimestep {case.dt:.17g}",
     ]
-    if case.grains.frozen.any():
-        lines.append("group frozen type 2\ngroup moving subtract all frozen\nneigh_modify exclude group frozen frozen")
-        lines.append("fix still frozen freeze\nfix motion moving nve/sphere")
-    else:
-        lines.append("fix motion all nve/sphere")
-    strength = np.linalg.norm(case.gravity)
-    if strength:
-        lines.append(f"fix weight all gravity {strength:.17g} vector " + " ".join(f"{g:.17g}" for g in case.gravity))
+    lines += motion(case)
     if case.floor is not None:
         wall = WALL[case.law].format(**c._asdict(), ratio=c.gamma_t / c.gamma_n, floor=case.floor)
         lines.append(f"fix floor all {wall}")
     if ranks > 1:
         lines.append("balance 1.05 shift xyz 20 1.05")
     return "\n".join([*lines, "thermo_style custom step\nthermo 0\nrun 0 post no\n"])
+
+
+def motion(case):
+    """Lines that let grains move: type 2 is frozen, gravity acts."""
+    if case.grains.frozen.any():
+        yield "group frozen type 2\ngroup moving subtract all frozen\nneigh_modify exclude group frozen frozen"
+        yield "fix still frozen freeze\nfix motion moving nve/sphere"
+    else:
+        yield "fix motion all nve/sphere"
+    strength = np.linalg.norm(case.gravity)
+    if strength:
+        yield f"fix weight all gravity {strength:.17g} vector " + " ".join(f"{g:.17g}" for g in case.gravity)
 
 
 def write_data(path, low, high, position, radius, density, velocity, omega, kind=1):

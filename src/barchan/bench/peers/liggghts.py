@@ -15,7 +15,7 @@ from itertools import repeat
 import numpy as np
 
 from barchan import atomic
-from barchan.bench.peers.lammps import write_data
+from barchan.bench.peers.lammps import motion, write_data
 from barchan.bench.peers.peer import Peer, driver, of_debian
 
 #: Said by LIGGGHTS when it has done all it was told.
@@ -54,7 +54,7 @@ class Engine:
             with atomic.writing(data) as partial:
                 write_data(partial, case.low, case.high, *case.grains[:5], kind=1 + case.grains.frozen)
                 partial.write_text(partial.read_text().replace("Atoms # sphere", "Atoms", 1))
-        pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
         command = ["stdbuf", "-oL", "liggghts", "-log", "none"]  # else it would keep what it says until it has said much
         self.process, self.forced = subprocess.Popen(command, **pipes), False
         self.version = re.search(r"LIGGGHTS-PUBLIC [\d.]+", self.tell(script(case, data, skin)))[0]
@@ -105,14 +105,7 @@ def script(case, data, skin):
         pairs = " ".join([f"{value:.17g}"] * kinds**2)
         lines.append(f"fix {name} all property/global {name} peratomtypepair {kinds} {pairs}")
     lines.append(f"pair_style gran {model}\npair_coeff * *")
-    if kinds == 2:
-        lines.append("group frozen type 2\ngroup moving subtract all frozen\nneigh_modify exclude group frozen frozen")
-        lines.append("fix still frozen freeze\nfix motion moving nve/sphere")
-    else:
-        lines.append("fix motion all nve/sphere")
-    strength = np.linalg.norm(case.gravity)
-    if strength:
-        lines.append(f"fix weight all gravity {strength:.17g} vector " + " ".join(f"{g:.17g}" for g in case.gravity))
+    lines += motion(case)
     if case.floor is not None:
         lines.append(f"fix floor all wall/gran {model} primitive type 1 zplane {case.floor:.17g}")
     return "\n".join([*lines, "thermo_style custom step\nthermo 0\nrun 0 post no"])
