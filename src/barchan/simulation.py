@@ -115,13 +115,18 @@ class Simulation(Assembly):
         preflight.check_prepared("rebuild", self._loops)
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
-        self._take_down_list(on_both=self.comm.size > 1)  # memory to rows; ghosts dropped
-        self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
+        same_owner = self._listed and self.comm.size == 1  # then memory goes straight from list to list
+        if not same_owner:
+            self._take_down_list()  # memory to rows; ghosts dropped
+            self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
         grid = self._grid(self._cutoff())
-        self._sort_in_space(grid)
+        order = self._sort_in_space(grid)
         self.ghosts.build(self.grains, self._largest_radius() + self._list_skin)
-        self.contacts.build(self.grains, self.walls, grid, self._list_skin)
-        self.contacts.attach(self.grains, self._rows)
+        before = self.contacts.build(self.grains, self.walls, grid, self._list_skin)
+        if same_owner:
+            self.contacts.carry_over(order, before)
+        else:
+            self.contacts.attach(self.grains, self._rows.take(order))
         self.staleness.remember(self.step_number, self.grains.block("place"))
         self._walls_then = [wall.point.copy() for wall in self.walls]
         self._listed, self._rows = True, None
@@ -347,4 +352,4 @@ class Simulation(Assembly):
     def _sort_in_space(self, grid):
         _, _, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)
         self.grains.keep(order)
-        self._rows = self._rows.take(order)
+        return order

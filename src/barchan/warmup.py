@@ -21,7 +21,8 @@ def is_compiled(law, uniform):
 def compile_law(law, materials, announce=None):
     """Compile all kernels that a scene with ``law`` and ``materials`` calls, unless they are in the cache.
 
-    Two grains that touch each other and a wall are moved by two steps and measured; that calls them all.
+    Two grains that touch each other and a wall are moved by two steps and measured, then their list is put away and made anew:
+    that calls them all.
 
     Args:
         announce: function called with a line of text for each kernel that has to be compiled.
@@ -38,6 +39,8 @@ def compile_law(law, materials, announce=None):
         warnings.simplefilter("ignore")
         sim.run(2)
         KineticEnergy().compute(sim)
+        sim.begin_change()
+        sim.run(1)
     _marker(law, uniform).touch()
 
 

@@ -138,32 +138,41 @@ def test_the_list_grows_when_a_grain_has_many_neighbours(seed):
     assert sorted(set(pairs)) == sorted(pairs)
 
 
-@pytest.mark.parametrize("skin", [1.0, 9.0], ids=["about ten contacts a grain", "all with all"])
-def test_contacts_of_a_grain_are_in_ascending_order_of_the_partners_key(skin):
+@pytest.mark.parametrize("radius", [0.9, 4.0], ids=["about ten contacts a grain", "all with all"])
+@pytest.mark.parametrize("rebuilt", [False, True], ids=["ordered anew", "order carried over"])
+def test_contacts_that_touch_are_in_ascending_order_of_the_partners_key(radius, rebuilt):
     """The order of a grain's sum: walls first (negative keys), then ids; it may not depend on rows. Few contacts are sorted in
-    one way, many in another."""
+    one way, many in another. All contacts are listed once for each of their grains, whether they touch or not."""
     rng = np.random.default_rng(4)
     sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)), properties=NOTHING)
-    sim.skin, sim.max_overlap, sim.check_dt = skin, 1e9, False
+    sim.skin, sim.max_overlap, sim.check_dt = 1.0, 1e9, False
     sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
     sim.add_wall(bc.Plane((0, 0, 5), (0, 0, -1)))
-    sim.add_grains(rng.uniform(0, 5, (50, 3)), 0.5)
-    sim.prepare()
+    sim.add_grains(rng.uniform(0, 5, (50, 3)), radius, velocity=rng.normal(size=(50, 3)))
+    sim.run(20)  # contacts begin and end
+    if rebuilt:
+        sim.rebuild()
     contacts, ids = sim.contacts, sim.grains.view("id")
-    seen = 0
+    seen = touching = 0
     for row in range(sim.grains.n):
         entries = contacts.incidence[contacts.start[row] : contacts.start[row + 1]].astype(int)
-        keys = contacts.keys[contacts.start[row] : contacts.start[row + 1]].tolist()
-        assert keys == sorted(set(keys))
-        for entry, key in zip(entries, keys):
+        keys = []
+        for entry in entries:
             k, side = entry >> 1, entry & 1
             if k < contacts.n_pairs:
                 members = (contacts.first[k], contacts.second[k])
-                assert members[side] == row and ids[members[1 - side]] == key
+                assert members[side] == row
+                keys.append(ids[members[1 - side]])
             else:
-                assert side == 0 and contacts.wall_grain[k - contacts.n_pairs] == row and key < 0
-        seen += len(entries)
+                assert side == 0 and contacts.wall_grain[k - contacts.n_pairs] == row
+                keys.append(contacts.wall_key[k - contacts.n_pairs])
+        has_column = [bool(contacts.slot[entry >> 1]) for entry in entries]
+        count = contacts.touched[row]
+        assert has_column == [True] * count + [False] * (len(entries) - count), "those that touch come first"
+        assert keys[:count] == sorted(keys[:count]) and len(set(keys)) == len(keys)
+        seen, touching = seen + len(entries), touching + count
     assert seen == 2 * contacts.n_pairs + len(contacts.wall_grain) > 100
+    assert (touching > 100 and touching < seen) or radius == 4.0
 
 
 def test_a_grain_with_many_contacts_remembers_them_all_over_a_rebuild():

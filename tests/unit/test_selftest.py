@@ -76,7 +76,7 @@ BROKEN = {
         patch, bc.Simulation, "load", lambda a: [a[0], a[1]._replace(contacts=forgotten_memory(a[1].contacts))]
     ),
     "bits: neighbours found every step": lambda patch: wrong_arguments(
-        patch, Contacts, "attach", lambda a: [*a[:-1], forgotten_memory(a[-1])]
+        patch, Contacts, "carry_over", lambda a: [*a[:-1], a[-1]._replace(slot=0 * a[-1].slot, touched=0 * a[-1].touched)]
     ),
     "laws run in vector lanes": lambda patch: patch.setattr(bits, "packed_square_roots", lambda law: 0),
 }

@@ -123,7 +123,7 @@ def default_threads():
 
 
 #: Kernels of a scene that starts with an empty cache.
-_KERNELS = 19
+_KERNELS = 22
 
 
 class _Kernels(event.Listener):

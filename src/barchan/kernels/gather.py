@@ -1,6 +1,5 @@
 """Sums the forces of a grain's contacts, always in the order of the partner's key, so that the sum has the same bits
-wherever and whenever it is made. Contacts that do not touch share column 0, which holds zeros, and adding zero changes no bit.
-Indices are unsigned: signed ones cost a fifth more here (they may count from the end)."""
+wherever and whenever it is made. Indices are unsigned: signed ones cost a fifth more here (they may count from the end)."""
 
 import numpy as np
 
@@ -8,12 +7,12 @@ from barchan.kernels.compiler import kernel, prange
 
 
 @kernel(parallel=True)
-def gather_forces(start, incidence, slot, out, place, mass, gravity, force, torque):
+def gather_forces(start, touched, incidence, slot, out, place, mass, gravity, force, torque):
     """Equations (9) and (10). ``force`` and ``torque`` are modified.
 
     Args:
-        start, incidence: for each grain the contacts in which it takes part, as 2 * contact + side (side 1: it is the
-            second grain, which feels the opposite force).
+        start, touched, incidence: the contacts that touch grain i are ``touched[i]`` entries of ``incidence`` from
+            ``start[i]`` on, as 2 * contact + side (side 1: it is the second grain, which feels the opposite force).
         slot: (contacts,) column of each contact in ``out``.
         out: (6 or 8, columns): force on the first, n x F_t, and arms of first and second; without arms they are the radii.
 
@@ -22,14 +21,14 @@ def gather_forces(start, incidence, slot, out, place, mass, gravity, force, torq
     """
     bad = 0
     given = out.shape[0] > 6
-    for i in prange(start.shape[0] - 1):
+    for i in prange(touched.shape[0]):
         fx = mass[i] * gravity[0]
         fy = mass[i] * gravity[1]
         fz = mass[i] * gravity[2]
         tx = 0.0
         ty = 0.0
         tz = 0.0
-        for q in range(start[i], start[i + 1]):
+        for q in range(start[i], start[i] + touched[i]):
             entry = incidence[q]
             k = slot[np.uint32(entry >> 1)]
             side = np.uint32(entry & 1)

@@ -1,22 +1,27 @@
-"""Carries the memory of contacts over a rebuild: from contacts to rows of their grains, and back by key."""
+"""Carries the memory of contacts over a rebuild: from the old list to the new one where the same rank owns all grains, otherwise
+from contacts to rows of their grains, and back by key."""
 
-from barchan.kernels.compiler import kernel, prange
+import numpy as np
+
+from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.pairs import partner_key
 
 
 @kernel(parallel=True)
-def count_rows(start, incidence, slot, on_both, counts):
-    """Write into ``counts`` how many contacts each grain remembers: those that have a column, and of which it is the first
-    grain unless they are wanted ``on_both``."""
+def count_rows(start, touched, incidence, on_both, counts):
+    """Write into ``counts`` how many contacts each grain remembers: those that touch, and of which it is the first grain
+    unless they are wanted ``on_both``."""
     for i in prange(counts.shape[0]):
         count = 0
-        for q in range(start[i], start[i + 1]):
-            entry = incidence[q]
-            count += (on_both | (entry & 1 == 0)) & (slot[entry >> 1] != 0)
+        for q in range(start[i], start[i] + touched[i]):
+            count += on_both | (incidence[q] & 1 == 0)
         counts[i] = count
 
 
 @kernel(parallel=True)
-def detach_rows(parts, room, start, incidence, slot, history, on_both, partner_keys, row_start, keys, values):
+def detach_rows(
+    parts, room, first, second, ids, wall_key, start, touched, incidence, slot, history, on_both, row_start, keys, values
+):
     """Write the remembered contacts of each owned grain to its rows: ``keys`` of the partners, ascending, and ``values``
     (rows, width), both modified. Thread p does the grains ``parts[p]`` to ``parts[p + 1]``.
 
@@ -25,16 +30,17 @@ def detach_rows(parts, room, start, incidence, slot, history, on_both, partner_k
     for p in prange(parts.shape[0] - 1):
         for i in range(parts[p], parts[p + 1]):
             row = row_start[i]
-            for begin in range(start[i], start[i + 1], room.shape[1]):
+            last = start[i] + touched[i]
+            for begin in range(start[i], last, room.shape[1]):
                 count = 0
-                for q in range(begin, min(begin + room.shape[1], start[i + 1])):
+                for q in range(begin, min(begin + room.shape[1], last)):
                     entry = incidence[q]
-                    room[p, count] = q
-                    count += (on_both | (entry & 1 == 0)) & (slot[entry >> 1] != 0)
+                    room[p, count] = entry
+                    count += on_both | (entry & 1 == 0)
                 for c in range(count):
-                    q = room[p, c]
-                    k = slot[incidence[q] >> 1]
-                    keys[row] = partner_keys[q]
+                    entry = room[p, c]
+                    k = slot[entry >> 1]
+                    keys[row] = partner_key(i, entry, first, second, ids, wall_key)
                     for w in range(history.shape[0]):
                         values[row, w] = history[w, k]
                     row += 1
@@ -52,18 +58,86 @@ def permute_rows(order, old_start, old_keys, old_values, new_start, keys, values
                 values[target + r, c] = old_values[source + r, c]
 
 
+@helper
+def row_of(key, begin, end, keys):
+    """The first of the ascending ``keys[begin:end]`` that is not smaller than ``key``, or ``end``."""
+    while begin < end:
+        middle = (begin + end) >> 1
+        if keys[middle] < key:
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
+
+
 @kernel(parallel=True)
-def attach_rows(n_owned, first, start, incidence, contact_keys, row_start, keys, values, slot, history):
-    """Give each contact the column and the values that its first owned grain remembers of it. ``slot``, all zero before, and
-    ``history`` are modified. Rows and contacts of a grain are both in ascending order of the partner's key."""
+def attach_rows(n_owned, first, second, ids, wall_key, start, incidence, row_start, keys, values, slot, history):
+    """Give each contact the column and the values that its first owned grain remembers of it: row r stands in column r + 1.
+    ``slot``, all zero before, and ``history`` are modified. The rows of a grain are in ascending order of the partner's key."""
     for i in prange(n_owned):
-        q, end = start[i], start[i + 1]
-        for row in range(row_start[i], row_start[i + 1]):
-            while q < end and contact_keys[q] < keys[row]:
-                q += 1
-            if q < end and contact_keys[q] == keys[row]:
-                k = incidence[q] >> 1
-                if incidence[q] & 1 == 0 or first[k] >= n_owned:
-                    slot[k] = k + 1
+        begin, end = row_start[i], row_start[i + 1]
+        for q in range(start[i], start[i + 1] if end > begin else start[i]):
+            entry = incidence[q]
+            if entry & 1 == 0 or first[entry >> 1] >= n_owned:
+                key = partner_key(i, entry, first, second, ids, wall_key)
+                row = row_of(key, begin, end, keys)
+                if row < end and keys[row] == key:
+                    slot[entry >> 1] = row + 1
                     for c in range(history.shape[0]):
-                        history[c, k + 1] = values[row, c]
+                        history[c, row + 1] = values[row, c]
+
+
+#: Number of a contact that is not in the new list.
+GONE = np.uint32(0xFFFFFFFF)
+
+
+@kernel(parallel=True)
+def find_pairs_again(n_pairs, new_row, old_first, old_second, old_slot, offsets, first, second, slot, moved):
+    """Give the pairs that touched their columns in the new list; ``slot``, all zero before, is modified.
+
+    Args:
+        n_pairs: of the old list, whose arrays are called old.
+        new_row: (owned,) new row of each old one.
+        offsets: pairs that grain i found are ``offsets[i]`` to ``offsets[i + 1]``; it is the lower row of the two.
+        moved: (old contacts,) becomes the new number of each, or ``GONE``; those that did not touch are left out.
+    """
+    for k in prange(n_pairs):
+        if old_slot[k] != 0:
+            one, other = new_row[old_first[k]], new_row[old_second[k]]
+            lower = min(one, other)
+            found = GONE
+            for new in range(np.uint32(offsets[lower]), np.uint32(offsets[lower + 1])):
+                found = new if (first[new] == one) & (second[new] == other) else found
+            if found != GONE:
+                slot[found] = old_slot[k]
+            moved[k] = found
+
+
+@kernel()
+def find_walls_again(new_row, old_grain, old_key, old_slot, wall_begin, wall_grain, slot, moved):
+    """The same for contacts at walls: arrays begin with the first of them, and ``wall_begin[w]`` is where those of wall w begin.
+    The rows at a wall ascend."""
+    for c in range(old_grain.shape[0]):
+        if old_slot[c] != 0:
+            wall, row = -1 - old_key[c], new_row[old_grain[c]]
+            new = row_of(row, wall_begin[wall], wall_begin[wall + 1], wall_grain)
+            moved[c] = GONE
+            if new < wall_begin[wall + 1] and wall_grain[new] == row:
+                slot[new] = old_slot[c]
+                moved[c] = new
+
+
+@kernel(parallel=True)
+def carry_order(order, moved, old_start, old_touched, old_incidence, start, touched, incidence):
+    """Begin the new list of each grain with the contacts that touched, in the order in which they were: that of the partners'
+    keys. ``touched`` and ``incidence`` are modified."""
+    for i in prange(order.shape[0]):
+        old = order[i]
+        last = start[i]
+        for q in range(old_start[old], old_start[old] + old_touched[old]):
+            entry = old_incidence[q]
+            new = moved[entry >> 1]
+            if new != GONE:
+                incidence[last] = 2 * new + (entry & 1)
+                last += 1
+        touched[i] = last - start[i]

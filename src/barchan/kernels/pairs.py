@@ -127,23 +127,26 @@ def count_incidence(n_owned, first, second, wall_grain, start):
 
 
 @kernel()
-def fill_incidence(n_owned, first, second, wall_grain, start, incidence):
-    """Write each contact, as 2 * contact + side, to its owned grains; wall contacts are numbered after the pairs.
-    ``incidence`` is modified; ``start`` is left as it was."""
+def fill_incidence(n_owned, first, second, wall_grain, slot, touched, start, incidence):
+    """Write each contact without a column, as 2 * contact + side, to its owned grains, after the ``touched[i]`` that are there
+    already; wall contacts are numbered after the pairs. ``incidence`` is modified; ``start`` is left as it was."""
     n_pairs = first.shape[0]
+    for i in range(n_owned):
+        start[i] += touched[i]
     for k in range(wall_grain.shape[0]):
-        i = wall_grain[k]
-        incidence[start[i]] = 2 * (n_pairs + k)
-        start[i] += 1
-    for k in range(n_pairs):
-        i = first[k]
-        if i < n_owned:
-            incidence[start[i]] = 2 * k
+        if slot[n_pairs + k] == 0:
+            i = wall_grain[k]
+            incidence[start[i]] = 2 * (n_pairs + k)
             start[i] += 1
-        j = second[k]
-        if j < n_owned:
-            incidence[start[j]] = 2 * k + 1
-            start[j] += 1
+    for k in range(n_pairs):
+        if slot[k] == 0:
+            i, j = first[k], second[k]
+            if i < n_owned:
+                incidence[start[i]] = 2 * k
+                start[i] += 1
+            if j < n_owned:
+                incidence[start[j]] = 2 * k + 1
+                start[j] += 1
     for i in range(n_owned, 0, -1):
         start[i] = start[i - 1]
     start[0] = 0
@@ -159,46 +162,61 @@ def partner_key(i, entry, first, second, ids, wall_key):
 
 
 @helper
-def sort_by_insertion(begin, end, incidence, keys):
-    """Bring entries with their keys into ascending order, in place."""
+def touching_first(begin, end, incidence, slot):
+    """Bring the entries of contacts that have a column before the others, in place; returns where the others begin."""
+    last = begin
     for q in range(begin, end):
-        entry, key = incidence[q], keys[q]
-        p = q
-        while p > begin and keys[p - 1] > key:
-            incidence[p] = incidence[p - 1]
-            keys[p] = keys[p - 1]
-            p -= 1
-        incidence[p] = entry
-        keys[p] = key
+        entry = incidence[q]
+        if slot[entry >> 1] != 0:
+            incidence[q] = incidence[last]
+            incidence[last] = entry
+            last += 1
+    return last
 
 
 @helper
-def sort_by_rank(begin, end, incidence, keys, room):
+def sort_by_insertion(i, begin, end, incidence, first, second, ids, wall_key):
+    """Bring the entries of row ``i`` into ascending order of the partner's key, in place."""
+    for q in range(begin, end):
+        entry = incidence[q]
+        key = partner_key(i, entry, first, second, ids, wall_key)
+        p = q
+        while p > begin and partner_key(i, incidence[p - 1], first, second, ids, wall_key) > key:
+            incidence[p] = incidence[p - 1]
+            p -= 1
+        incidence[p] = entry
+
+
+@helper
+def sort_by_rank(i, begin, end, incidence, first, second, ids, wall_key, room):
     """The same: an entry goes to the place that is the number of smaller keys. More comparisons than an insertion makes, but
     none that a processor has to foresee (measured on 8 entries a grain: a third of the time)."""
     count = end - begin
     for a in range(count):
-        room[0, a] = keys[begin + a]
-        room[1, a] = incidence[begin + a]
+        entry = incidence[begin + a]
+        room[0, a] = partner_key(i, entry, first, second, ids, wall_key)
+        room[1, a] = entry
     for a in range(count):
         place = begin
         for b in range(count):
             place += room[0, b] < room[0, a]
-        keys[place] = room[0, a]
         incidence[place] = room[1, a]
 
 
 @kernel(parallel=True)
-def sort_incidence(parts, first, second, ids, wall_key, start, incidence, keys, room):
-    """Bring the contacts of each grain into ascending order of the partner's key. Thread p does the grains ``parts[p]`` to
-    ``parts[p + 1]`` with ``room[p]``, (2, entries that are sorted by rank). ``incidence`` and ``keys``, which become
-    the keys in that order, are modified."""
+def order_incidence(parts, changed, first, second, ids, wall_key, slot, start, touched, incidence, room):
+    """For grains whose contacts began or ended: those that touch, first and in ascending order of the partner's key.
+
+    Thread p does the grains ``parts[p]`` to ``parts[p + 1]`` with ``room[p]``, (2, entries that are sorted by rank).
+    ``incidence``, ``touched`` and ``changed``, which is cleared, are modified."""
     for p in prange(parts.shape[0] - 1):
         for i in range(parts[p], parts[p + 1]):
-            begin, end = start[i], start[i + 1]
-            for q in range(begin, end):
-                keys[q] = partner_key(i, incidence[q], first, second, ids, wall_key)
-            if end - begin <= room.shape[2]:
-                sort_by_rank(begin, end, incidence, keys, room[p])
-            else:
-                sort_by_insertion(begin, end, incidence, keys)
+            if changed[i] != 0:
+                begin = start[i]
+                end = touching_first(begin, start[i + 1], incidence, slot)
+                if end - begin <= room.shape[2]:
+                    sort_by_rank(i, begin, end, incidence, first, second, ids, wall_key, room[p])
+                else:
+                    sort_by_insertion(i, begin, end, incidence, first, second, ids, wall_key)
+                touched[i] = end - begin
+                changed[i] = 0

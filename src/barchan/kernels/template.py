@@ -5,7 +5,8 @@ arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Bra
 
 ``pair_forces`` works on blocks of candidates that stay in the cache: a vectorised loop finds the distances, a scalar one lists
 those that touch, a vectorised one computes these. A contact that touches gets a *column* of ``out`` and ``history``;
-``slot`` says which. It depends on how the candidates are shared among threads; what stands in it does not.
+``slot`` says which. It depends on how the candidates are shared among threads; what stands in it does not. Grains whose
+contacts began or ended since the step before are marked in ``changed``.
 All indices are unsigned: a signed one may count from the end, and then the vectoriser gives up.
 
 Rows of ``out``: force on the first grain, n x F_t, and for lens arms the arms of both grains: a grain's torque is minus
@@ -70,13 +71,13 @@ def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy
 
 
 @kernel(parallel=True)
-def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, kept, out, rows,
-                touches, branch, box_length, box_half, dt, allowed_overlap, max_overlap):
+def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, kept, out, changed,
+                rows, touches, branch, box_length, box_half, dt, allowed_overlap, max_overlap):
     """Forces of all pairs of grains that touch. Thread p looks at the candidates ``parts[p]`` to ``parts[p + 1]``.
 
-    ``slot`` (old column in, new column out), ``kept`` (the new history) and ``out`` are modified; ``rows``, ``touches``
-    and ``branch`` are room for a block of each thread. Returns (touching, above the allowed overlap, above the largest);
-    a pair across two ranks is counted by the owner of its first grain."""
+    ``slot`` (old column in, new column out), ``kept`` (the new history), ``out`` and ``changed`` are modified; ``rows``,
+    ``touches`` and ``branch`` are room for a block of each thread. Returns (touching, above the allowed overlap, above the
+    largest); a pair across two ranks is counted by the owner of its first grain."""
     length_x, length_y, length_z = box_length[0], box_length[1], box_length[2]
     half_x, half_y, half_z = box_half[0], box_half[1], box_half[2]
     {hoisted}
@@ -86,6 +87,7 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
     for p in prange(parts.shape[0] - 1):
         widest_lanes()
         last = parts[barchan_np.uint64(p + 1)]
+        column = parts[p] + barchan_np.uint64(1)
         for begin in range(parts[p], last, barchan_block):
             length = min(barchan_block, last - begin)
             for b in range(length):
@@ -106,15 +108,23 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
                 branch[p, 2, b] = dz
                 touches[p, b] = 1 if dx * dx + dy * dy + dz * dz < reach * reach else 0
             count = barchan_np.uint64(0)
+            news = barchan_np.uint64(0)
             for b in range(length):
+                old = slot[begin + b]
                 rows[p, 0, count] = b
-                rows[p, 1, count] = slot[begin + b]
+                rows[p, 1, count] = old
+                rows[p, 2, news] = b
+                slot[begin + b] = (column + count) * touches[p, b]
                 count += barchan_np.uint64(touches[p, b])
-                slot[begin + b] = (begin + count) * touches[p, b]
+                news += barchan_np.uint64((old == 0) == (touches[p, b] == 1))
+            for e in range(news):
+                b = rows[p, 2, e]
+                changed[first[begin + b]] = 1
+                changed[second[begin + b]] = 1
             for c in range(count):
                 b = rows[p, 0, c]
                 old = rows[p, 1, c]
-                k = begin + c + barchan_np.uint64(1)
+                k = column + c
                 i = first[begin + b]
                 j = second[begin + b]
                 dx = branch[p, 0, b]
@@ -140,12 +150,13 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
                 touching += 1 if i < n_owned else 0
                 large += 1 if counted > allowed_overlap * diameter else 0
                 too_large += 1 if counted > max_overlap * diameter else 0
+            column += count
     return touching, large, too_large
 
 
 @kernel(parallel=True)
-def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, slot, history, kept, out, offset,
-                dt, allowed_overlap, max_overlap):
+def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, slot, history, kept, out, changed,
+                offset, dt, allowed_overlap, max_overlap):
     """Forces of all contacts of grains with walls. Rows of ``surface``: distance, normal, half-step normal, velocity of
     the wall at the contact, curvature. Contact c has the number ``offset`` + c and, when it touches, the column after it.
     Modifies and returns what ``pair_forces`` does."""
@@ -168,6 +179,8 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
             spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
         touches = overlap > 0.0
         slot[offset + c] = k if touches else barchan_np.uint64(0)
+        if touches == (old == 0):
+            changed[i] = 1
         {keep_at_wall}
         touching += 1 if touches else 0
         large += 1 if overlap > allowed_overlap * 2.0 * ri else 0
@@ -180,11 +193,11 @@ def block_rooms(n_pairs):
     """What ``pair_forces`` needs for each thread: where its candidates begin, (threads + 1,), and room for a block of them.
 
     Returns:
-        (parts, rows (threads, 2, BLOCK), touches (threads, BLOCK), branch vectors (threads, 3, BLOCK)).
+        (parts, rows (threads, 3, BLOCK), touches (threads, BLOCK), branch vectors (threads, 3, BLOCK)).
     """
     parts = shares(n_pairs)
     threads = len(parts) - 1
-    return parts, np.empty((threads, 2, BLOCK), np.uint32), np.empty((threads, BLOCK), np.uint32), np.empty((threads, 3, BLOCK))
+    return parts, np.empty((threads, 3, BLOCK), np.uint32), np.empty((threads, BLOCK), np.uint32), np.empty((threads, 3, BLOCK))
 
 
 #: Torque arms: name -> (arm of the first, arm of the second, arm of a grain at a wall).

@@ -37,9 +37,10 @@ def _integral(force, overlap):
 
 
 def _columns(sim, count):
-    """Columns for contacts without memory: slot, history, new history, forces."""
+    """Columns for contacts without memory: slot, history, new history, forces, and marks of their grains."""
     slot, width = np.zeros(count, dtype=np.uint32), sim.contacts.history_width
-    return slot, np.zeros((width, 1 + count)), np.zeros((width, 1 + count)), np.zeros((sim.contacts.out_rows, 1 + count))
+    out, marks = np.zeros((sim.contacts.out_rows, 1 + count)), np.zeros(2 * count, dtype=np.uint8)
+    return slot, np.zeros((width, 1 + count)), np.zeros((width, 1 + count)), out, marks
 
 
 def _of_pairs(sim, loops, table, pairs):
@@ -58,7 +59,7 @@ def _of_pairs(sim, loops, table, pairs):
     def force(overlap):
         place[::2, 0] = touch - overlap
         loops.pair_forces(*state, np.zeros(3), np.full(3, np.inf), 0.0, np.inf, np.inf)
-        return columns[-1][0, slot]
+        return columns[-2][0, slot]
 
     return _integral(force, pairs.overlap)
 
@@ -81,6 +82,6 @@ def _of_walls(sim, loops, table, at_walls):
     def force(overlap):
         surface[0] = place[:, 3] - overlap
         loops.wall_forces(*state, 0.0, np.inf, np.inf)
-        return columns[-1][0, slot]
+        return columns[-2][0, slot]
 
     return _integral(force, at_walls.overlap)

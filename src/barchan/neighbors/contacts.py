@@ -33,17 +33,33 @@ class Setting(NamedTuple):
     max_overlap: float
 
 
+class _Listed(NamedTuple):
+    """A neighbour list that is replaced, by the names of ``Contacts``."""
+
+    first: np.ndarray
+    second: np.ndarray
+    wall_grain: np.ndarray
+    wall_key: np.ndarray
+    start: np.ndarray
+    touched: np.ndarray
+    incidence: np.ndarray
+    slot: np.ndarray
+
+
 class Contacts:
     """Candidates for contact of one rank.
 
     Attributes:
         first, second: (pairs,) rows of the grains; the first has the smaller id.
         wall_grain, wall_key, wall_material: (wall contacts,) row of the grain, key and material of the wall.
-        start, incidence, keys: contacts of each owned grain, as 2 * contact + side, in ascending order of the partner's key.
+        start, incidence: contacts of each owned grain i, ``incidence[start[i]:start[i + 1]]``, as 2 * contact + side.
+        touched: (owned,) how many of them touch; they come first, in ascending order of the partner's key.
+        changed: (rows,) 1 for grains of which that may no longer be so, since a contact began or ended.
         slot: (contacts,) column in which a contact that touches keeps its memory and its force; 0 of one that does not.
-        history: (width, 1 + contacts) memory of the law by column, as seen from the first grain; column 0 holds zeros.
-        out: (6 or 8, 1 + contacts) by column: force on the first, n x F_t, and for lens arms the arms of both
-            (``kernels/template.py``); column 0 holds zeros.
+        history: (width, columns) memory of the law by column, as seen from the first grain; column 0 holds zeros. There are
+            more columns than contacts.
+        out: (6 or 8, columns): force on the first, n x F_t, and for lens arms the arms of both (``kernels/template.py``);
+            column 0 holds zeros.
         surface: (11, wall contacts) geometry of wall contacts at this step.
         computed: True once ``out`` and ``surface`` belong to this list.
     """
@@ -54,11 +70,12 @@ class Contacts:
         self.wall_grain = self.wall_material = np.zeros(0, dtype=np.uint32)
         self.wall_key = np.zeros(0, dtype=np.int64)
         self.start, self.incidence = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.uint32)
+        self.touched, self.changed = np.zeros(0, dtype=np.uint32), np.zeros(0, dtype=np.uint8)
         self.slot, self.surface = np.zeros(0, dtype=np.uint32), np.zeros((11, 0))
         self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
         self._kept, self.computed = self.history.copy(), False
-        self.keys = np.zeros(0, dtype=np.int64)
-        self.wall_ranges, self._room, self._stores = [], 16, {}
+        self._ids = np.zeros(0, dtype=np.int64)
+        self.wall_ranges, self._room, self._stores, self._spares = [], 16, {}, {}
 
     def _array(self, name, dtype, *shape):
         """Uninitialised array in memory that is kept from rebuild to rebuild: fresh memory costs a page fault per 4 kB
@@ -67,6 +84,11 @@ class Contacts:
         if name not in self._stores or len(self._stores[name]) < count:
             self._stores[name] = np.empty(count + count // 5 + 64, dtype=dtype)
         return self._stores[name][:count].reshape(shape)
+
+    def _scratch(self, count):
+        """Room for ``count`` numbers during a rebuild, when the forces of the step before are needed no more: in their place."""
+        room = self.out.reshape(-1).view(np.uint32)
+        return room[:count] if count <= len(room) else np.empty(count, dtype=np.uint32)
 
     @property
     def n_pairs(self):
@@ -81,83 +103,113 @@ class Contacts:
         """
         if self.history_width == 0 or len(self.slot) == 0:
             return ContactRows.empty(n_owned, self.history_width)
+        self._order_incidence()
         counts = np.zeros(n_owned, dtype=np.int64)
-        history_kernels.count_rows(self.start, self.incidence, self.slot, on_both, counts)
+        history_kernels.count_rows(self.start, self.touched, self.incidence, on_both, counts)
         start = np.concatenate([[0], np.cumsum(counts)])
         keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.history_width))
         parts = shares(n_owned)
         room = np.empty((len(parts) - 1, AT_A_TIME), dtype=np.int64)
-        contacts = (self.start, self.incidence, self.slot, self.history, on_both, self.keys)
-        history_kernels.detach_rows(parts, room, *contacts, start, keys, values)
+        contacts = (*self._partners(), self.start, self.touched, self.incidence, self.slot, self.history)
+        history_kernels.detach_rows(parts, room, *contacts, on_both, start, keys, values)
         return ContactRows(start, keys, values)
 
     def build(self, grains, walls, grid, skin):
         """Find all pairs and wall contacts that may touch before grains have moved by the skin. Owned rows are in the order
-        of the grid's cells."""
+        of the grid's cells. ``attach`` or ``carry_over`` has to follow.
+
+        Returns:
+            The list as it was before, for ``carry_over``.
+        """
+        before = _Listed(
+            self.first, self.second, self.wall_grain, self.wall_key, self.start, self.touched, self.incidence, self.slot
+        )
+        self._stores, self._spares = self._spares, self._stores  # what it stands in is kept until the next rebuild
+        self._build_pairs(grains, grid, skin)
+        self._build_wall_contacts(grains, walls, skin)
+        self._ids = grains.view("id", ghosts=True)
+        self.start, self.touched = np.empty(grains.n + 1, dtype=np.int64), np.zeros(grains.n, dtype=np.uint32)
+        pair_kernels.count_incidence(grains.n, self.first, self.second, self.wall_grain, self.start)
+        self.incidence = self._array("incidence", np.uint32, self.start[-1])
+        self.slot = self._array("slot", np.uint32, self.n_pairs + len(self.wall_grain))
+        self.slot[:], self.computed = 0, False
+        return before
+
+    def _build_pairs(self, grains, grid, skin):
         place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
         cell, start, _ = cells.sorted_cells(place, 0, grains.n, grid)
         _, ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
         counts, room = np.zeros(grains.n, dtype=np.int64), self._room
         while True:
-            found = self._array("found", np.uint32, grains.n, room + 1)
+            found = self._scratch(grains.n * (room + 1)).reshape(grains.n, room + 1)
             pair_kernels.find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid.table, found, counts)
             needed = int(counts.max()) if grains.n else 0
             if needed <= room:
                 break
             room = needed + 4
         self._room = room
-        offsets = np.concatenate([[0], np.cumsum(counts)])
-        self.first, self.second = (self._array(name, np.uint32, offsets[-1]) for name in ("first", "second"))
-        ids = grains.view("id", ghosts=True)
-        pair_kernels.orient_pairs(found, offsets, ids, self.first, self.second)
-        self._build_wall_contacts(grains, walls, skin)
-        self._build_incidence(grains.n, ids)
+        self._offsets = np.concatenate([[0], np.cumsum(counts)])
+        self.first, self.second = (self._array(name, np.uint32, self._offsets[-1]) for name in ("first", "second"))
+        pair_kernels.orient_pairs(found, self._offsets, grains.view("id", ghosts=True), self.first, self.second)
 
     def _build_wall_contacts(self, grains, walls, skin):
         found = [wall.candidates(grains, skin) for wall in walls]
-        ends = np.cumsum([0, *(len(rows) for rows in found)])
-        self.wall_ranges = list(zip(ends[:-1].tolist(), ends[1:].tolist()))
+        self._wall_begin = np.cumsum([0, *(len(rows) for rows in found)])
+        self.wall_ranges = list(zip(self._wall_begin[:-1].tolist(), self._wall_begin[1:].tolist()))
         self.wall_grain = np.concatenate([np.zeros(0, dtype=np.uint32), *found]).astype(np.uint32)
-        self.wall_key = np.repeat(np.array([wall.key for wall in walls], dtype=np.int64), np.diff(ends))
-        self.wall_material = np.repeat(np.array([wall.material for wall in walls], dtype=np.uint32), np.diff(ends))
+        self.wall_key = np.repeat(np.array([wall.key for wall in walls], dtype=np.int64), np.diff(self._wall_begin))
+        self.wall_material = np.repeat(np.array([wall.material for wall in walls], dtype=np.uint32), np.diff(self._wall_begin))
         self.surface = np.empty((11, len(self.wall_grain)))
-
-    def _build_incidence(self, n_owned, ids):
-        self.start = np.empty(n_owned + 1, dtype=np.int64)
-        pair_kernels.count_incidence(n_owned, self.first, self.second, self.wall_grain, self.start)
-        self.incidence = self._array("incidence", np.uint32, self.start[-1])
-        self.keys = self._array("keys", np.int64, self.start[-1])
-        pair_kernels.fill_incidence(n_owned, self.first, self.second, self.wall_grain, self.start, self.incidence)
-        parts = shares(n_owned)
-        room = np.empty((len(parts) - 1, 2, AT_A_TIME), dtype=np.int64)
-        pair_kernels.sort_incidence(
-            parts, self.first, self.second, ids, self.wall_key, self.start, self.incidence, self.keys, room
-        )
 
     def attach(self, grains, rows):
         """Give the new contacts what their grains remember of each other."""
-        count = self.n_pairs + len(self.wall_grain)
-        self.slot = self._array("slot", np.uint32, count)
-        self.history, self._kept = (self._columns(name, self.history_width, count) for name in ("history", "kept"))
-        self.out = self._columns("out", self.out_rows, count)
-        self.slot[:], self.computed = 0, False
-        history_kernels.attach_rows(
-            grains.n,
-            self.first,
-            self.start,
-            self.incidence,
-            self.keys,
-            rows.start,
-            rows.keys,
-            rows.values,
-            self.slot,
-            self.history,
-        )
+        self._make_columns(max(len(self.slot), len(rows.keys)))
+        self._fill_incidence(grains.n)
+        lists = (self.start, self.incidence)
+        history_kernels.attach_rows(grains.n, *self._partners(), *lists, *rows, self.slot, self.history)
+        self.changed, self.out[:, 0] = np.ones(grains.n + grains.n_ghost, dtype=np.uint8), 0.0
 
-    def _columns(self, name, rows, count):
-        columns = self._array(name, np.float64, rows, 1 + count)
-        columns[:, 0] = 0.0
-        return columns
+    def carry_over(self, order, before):
+        """Give the new contacts what the list ``before`` knows of them: columns stay what they were. All grains are owned, and
+        new row i was row ``order[i]``."""
+        self._make_columns(len(self.slot))
+        new_row = np.empty(len(order), dtype=np.uint32)
+        new_row[order] = np.arange(len(order), dtype=np.uint32)
+        moved, old_pairs = self._scratch(len(before.slot)), len(before.first)
+        old = (before.first, before.second, before.slot)
+        history_kernels.find_pairs_again(old_pairs, new_row, *old, self._offsets, self.first, self.second, self.slot, moved)
+        at_walls = (self._wall_begin, self.wall_grain, self.slot[self.n_pairs :], moved[old_pairs:])
+        history_kernels.find_walls_again(new_row, before.wall_grain, before.wall_key, before.slot[old_pairs:], *at_walls)
+        moved[old_pairs:][moved[old_pairs:] != history_kernels.GONE] += np.uint32(self.n_pairs)
+        lists = (before.start, before.touched, before.incidence, self.start, self.touched, self.incidence)
+        history_kernels.carry_order(order, moved, *lists)
+        self._fill_incidence(len(order))
+        self.changed, self.out[:, 0] = np.zeros(len(order), dtype=np.uint8), 0.0
+
+    def _fill_incidence(self, n_owned):
+        pairs = (self.first, self.second, self.wall_grain)
+        pair_kernels.fill_incidence(n_owned, *pairs, self.slot, self.touched, self.start, self.incidence)
+
+    def _partners(self):
+        """What the key of a contact's partner is looked up in."""
+        return self.first, self.second, self._ids, self.wall_key
+
+    def _order_incidence(self):
+        parts = shares(len(self.touched))
+        room = np.empty((len(parts) - 1, 2, AT_A_TIME), dtype=np.int64)
+        lists = (self.slot, self.start, self.touched, self.incidence)
+        pair_kernels.order_incidence(parts, self.changed, *self._partners(), *lists, room)
+
+    def _make_columns(self, count):
+        """Room for ``count`` columns; what stands in the present ones stays there."""
+        if self.out.shape[1] > count:
+            return
+        room = 1 + count + count // 8
+        history = self.history
+        self.history, self._kept = np.empty((self.history_width, room)), np.empty((self.history_width, room))
+        self.history[:, : history.shape[1]] = history
+        self.out = np.empty((self.out_rows, room))
+        self._kept[:, 0] = 0.0
 
     def compute(self, loops, grains, setting):
         """Forces of all contacts; memory advances by the time step, forces are kept by column.
@@ -170,7 +222,7 @@ class Contacts:
             (contacts that touch, above the allowed overlap, above the largest).
         """
         state = tuple(grains.block(name, ghosts=True) for name in ("place", "motion", "spin", "material"))
-        law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self._kept, self.out)
+        law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self._kept, self.out, self.changed)
         last = (setting.dt, setting.allowed_overlap, setting.max_overlap)
         parts, *rooms = block_rooms(self.n_pairs)
         pairs = (parts, self.first, self.second, np.uint32(grains.n))
@@ -180,6 +232,7 @@ class Contacts:
             walls = (self.wall_grain, self.surface)
             at_walls = loops.wall_forces(*walls, *state, self.wall_material, *law, np.uint64(self.n_pairs), *last)
             counts = [a + b for a, b in zip(counts, at_walls)]
+        self._order_incidence()
         self.history, self._kept, self.computed = self._kept, self.history, True
         return counts
 
@@ -191,6 +244,7 @@ class Contacts:
         """Sum the contacts of each grain into ``force`` and ``torque``; returns how many are not finite."""
         return gather_forces(
             self.start,
+            self.touched,
             self.incidence,
             self.slot,
             self.out,
