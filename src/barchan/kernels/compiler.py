@@ -26,6 +26,10 @@ _HERE = Path(__file__).parent
 #: (measured: 42 ms against 4.5), and it gains nothing on idle ones. Read by OpenMP when its library is loaded.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
+# Numba would take TBB where the system has it, whose threads spin (measured beside two other programs: 100 times slower).
+if "NUMBA_THREADING_LAYER_PRIORITY" not in os.environ:
+    config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
+
 
 def cache_root():
     """Directory of everything compiled: ``$BARCHAN_CACHE_DIR`` or the user's cache directory."""
