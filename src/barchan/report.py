@@ -4,6 +4,7 @@ import io
 import sys
 import time
 from datetime import datetime
+from math import inf
 
 from rich.console import Console
 from rich.progress import Progress, TextColumn
@@ -102,6 +103,10 @@ class ProgressLine:
         now = time.monotonic()
         pause = 0.2 if self._bar else min(max(FIRST_LINES, 0.05 * (now - self.began)), LATER_LINES)
         return step == self.last or now - self.last_shown > pause
+
+    def next_due(self, step):
+        """The next step after ``step`` at which to look."""
+        return min(step + 16 - step % 16, self.last if self.last > step else inf)
 
     def write(self, sim):
         """Show the present state."""

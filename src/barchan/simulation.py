@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from barchan import preflight
+from barchan import preflight, stepping
 from barchan.assembly import Assembly
 from barchan.errors import Interrupted, SceneError
 from barchan.forces import Gravity
@@ -79,21 +79,26 @@ class Simulation(Assembly):
         """
         preflight.check_count("run: steps", steps, least=0)
         self.prepare()
-        for _ in range(steps):
-            self.step()
+        end = self.step_number + steps
+        while self.step_number < end:
+            begun = self._leap(end)  # steps of a small scene that need nothing but motion and forces
+            if begun is not None or self.step_number < end:
+                self.step(begun)
             if self._stopping:
                 self._break_off()
         self._agree_on_faults()
 
-    def step(self):
-        """One step of the leap-frog, equations (1) to (12). Needs ``prepare``, which ``run`` calls."""
+    def step(self, begun=None):
+        """One step of the leap-frog, equations (1) to (12). Needs ``prepare``, which ``run`` calls.
+
+        Args:
+            begun: of a step in which grains and walls have moved already, what ``_move`` returned.
+        """
         preflight.check_prepared("step", self._loops, self._primed)
         use_threads(self.threads, self.grains.n)
         self.clock.start()
         self._in_step = True
-        motion = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
-        for wall in self.walls:
-            wall.move(self.dt)  # walls: n -> n+1
+        motion = begun or self._move()
         self.step_number += 1
         self.time += self.dt
         self.clock.lap("motion")
@@ -137,11 +142,9 @@ class Simulation(Assembly):
         grains, contacts = self.grains, self.contacts
         for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
             wall.measure(contacts, grains, begin, end)
-        limits = (ALLOWED_OVERLAP, self.max_overlap)
-        setting = Setting(len(self.materials), self._table, self.box.frame, dt, *limits)
-        self.touching, large, too_large = contacts.compute(self._loops, grains, setting)
+        self.touching, large, too_large = contacts.compute(self._loops, grains, self._setting(dt))
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
-        self._note_faults(large, too_large, not_finite)
+        self._note_faults(large, too_large, not_finite, depth=5)
 
     def prepare(self):
         """Check the scene and bring forces up to date with what was changed since the last run.
@@ -203,6 +206,32 @@ class Simulation(Assembly):
 
     # -- its parts ---------------------------------------------------------------------------------------------------
 
+    def _leap(self, end):
+        """The next steps, up to step ``end``, in one call of compiled code: where calls of Python would take longer than all the
+        rest. Returns what ``step`` needs to finish one that was begun, or None."""
+        most, watch = stepping.steps_ahead(self, end), self.staleness
+        if most < 2 or not self._listed or self._fault or self.stop_requested or use_threads(self.threads, self.grains.n) > 1:
+            return None
+        self.clock.start()
+        self._in_step = True
+        done = stepping.advance(self, most, self._loops, self._setting(self.dt), self._list_skin, self._walls_then)
+        self.step_number, self.time = self.step_number + done.done, done.time
+        watch.take(done.approach, done.quickest, self._list_skin, self.dt)
+        self.touching = done.touching if done.done else self.touching
+        self._note_faults(done.large, done.too_large, done.not_finite, depth=4)
+        self._in_step = False
+        self.clock.lap("steps")
+        return (done.fastest, done.bad) if done.begun else None
+
+    def _setting(self, dt):
+        return Setting(len(self.materials), self._table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
+
+    def _move(self):
+        motion = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
+        for wall in self.walls:
+            wall.move(self.dt)  # walls: n -> n+1
+        return motion
+
     def _kick_drift_wrap(self):
         grains, frame = self.grains, self.box.frame
         return integrate.kick_drift_wrap(
@@ -233,9 +262,9 @@ class Simulation(Assembly):
             return True
         if self.staleness.wants_rebuild(self.step_number):
             return True
-        if self.staleness.exceeds(self.staleness.approach, self._list_skin):
+        if self.staleness.approach > self.staleness.allowed(self._list_skin):
             self._measure_approach()
-        return self.staleness.exceeds(self.staleness.approach, self._list_skin)
+        return self.staleness.approach > self.staleness.allowed(self._list_skin)
 
     def _measure_approach(self):
         """The bounds on what may have approached, from the displacements of all grains and walls on all ranks."""
@@ -248,7 +277,8 @@ class Simulation(Assembly):
         *largest, square = self.comm.maximum([*largest, square])
         self.staleness.measure(largest, sqrt(square))
 
-    def _note_faults(self, large, too_large, not_finite):
+    def _note_faults(self, large, too_large, not_finite, depth):
+        """Keep what is wrong with the forces of this step; ``depth`` of calls from here to the line that called run()."""
         if not_finite:
             self._fault = preflight.bad_force(self)
         elif too_large:
@@ -257,7 +287,7 @@ class Simulation(Assembly):
             warnings.warn(
                 f"step {self.step_number}: {large} contact(s) overlap by more than {100 * ALLOWED_OVERLAP:g} % of the smaller "
                 f"diameter; a stiffer material is closer to hard grains",
-                stacklevel=5,  # the line that called run()
+                stacklevel=depth,
             )
         self.large_overlaps += large
 

@@ -17,7 +17,7 @@ from barchan.checkpoint import restore, save
 from barchan.compare import differences, last_state
 from barchan.domain import Box
 from barchan.errors import BarchanError, LawError, SceneError
-from barchan.kernels.compiler import kernel
+from barchan.kernels.compiler import kernel, on_one_thread
 from barchan.kernels.generate import make_loops
 from barchan.kernels.template import block_rooms
 from barchan.parallel import Serial
@@ -217,13 +217,14 @@ def _kinetic(sim):
     )
 
 
-def machine_code(law, uniform=True):
-    """Machine code of the law's loop over pairs of grains, compiled anew, as assembly text.
+def machine_code(law, uniform=True, alone=False):
+    """Machine code of the law's loop over pairs of grains, compiled anew, as assembly text; ``alone``: the one for few grains.
 
     Raises:
         LawError: the law cannot be compiled.
     """
-    fresh = kernel(parallel=True)(make_loops(law, uniform).pair_forces.py_func)
+    loop = make_loops(law, uniform).pair_forces
+    fresh = on_one_thread(loop) if alone else kernel(parallel=True)(loop.py_func)
     fresh._cache = NullCache()
     rows, vector, index = (
         types.Array(types.float64, 2, "C"),
@@ -242,9 +243,9 @@ def machine_code(law, uniform=True):
     return "".join(result.library.get_asm_str() for result in fresh.overloads.values())
 
 
-def packed_square_roots(law, uniform=True):
+def packed_square_roots(law, uniform=True, alone=False):
     """Number of packed square roots in the machine code of the law's loop over pairs: 0 means that it is not vectorised."""
-    return _packed_square_roots(machine_code(law, uniform))
+    return _packed_square_roots(machine_code(law, uniform, alone))
 
 
 def _packed_square_roots(code):

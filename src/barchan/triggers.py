@@ -1,5 +1,6 @@
 """When something is due: every n steps, at one step, or as any function of the step says."""
 
+from math import inf
 from numbers import Integral
 
 from barchan.errors import SceneError
@@ -37,6 +38,10 @@ class Every:
         """True if due at ``step``."""
         return step >= self.start and (step - self.start) % self.period == 0
 
+    def after(self, step):
+        """The first step after ``step`` at which it is due."""
+        return max(self.start, step + self.period - (step - self.start) % self.period)
+
 
 class At:
     """Due once at each of the given steps.
@@ -54,3 +59,7 @@ class At:
     def __call__(self, step):
         """True if due at ``step``."""
         return step in self.steps
+
+    def after(self, step):
+        """The first step after ``step`` at which it is due; infinite if there is none."""
+        return min((due for due in self.steps if due > step), default=inf)

@@ -101,6 +101,25 @@ class TestSameBits:
             sim.run(STEPS - STEPS // 3)
         assert_same(plain(law), collect(sim))
 
+    @pytest.mark.parametrize("skin", [0.02, None], ids=["many rebuilds", "few rebuilds"])
+    def test_many_steps_in_one_call(self, law, skin):
+        """As they are made for few grains under constant gravity, and one by one."""
+
+        def falling():
+            sim = states.dense(law, threads=1)
+            sim.gravity, sim.skin = (3.0, 0.3, -1.0), skin
+            return sim
+
+        at_once, singly = falling(), falling()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            at_once.run(STEPS)
+            for _ in range(STEPS):
+                singly.run(1)
+        assert "steps" in at_once.clock.seconds and "steps" not in singly.clock.seconds
+        assert at_once.staleness.rebuilds == singly.staleness.rebuilds > 0
+        assert_same(collect(at_once), collect(singly))
+
     @pytest.mark.parametrize("ranks", [(1, 1), (1, 4), (3, 1), (2, 3)], ids=lambda r: f"{r[0]}-then-{r[1]}-ranks")
     def test_stop_and_resume(self, law, ranks, plain, tmp_path):
         """Also on another number of ranks than before."""

@@ -20,7 +20,7 @@ STOREYS = (
     ("forces",),
     ("measure",),
     ("actions", "writers", "checkpoint", "compare", "soundness", "report", "record"),
-    ("preflight", "assembly"),
+    ("preflight", "assembly", "stepping"),
     ("simulation",),
     ("packing", "scene", "units", "rundir", "warmup", "view"),
     ("experiments",),

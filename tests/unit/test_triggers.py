@@ -1,5 +1,7 @@
 """When something is due."""
 
+from math import inf
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,6 +21,14 @@ def test_every_is_due_at_start_and_each_period_after_it(period, start, step):
 @given(st.sets(st.integers(0, 20)), st.integers(0, 20))
 def test_at_is_due_at_its_steps_only(steps, step):
     assert At(*steps)(step) == (step in steps)
+
+
+@given(
+    st.one_of(st.builds(Every, st.integers(1, 9), st.integers(0, 30)), st.builds(lambda s: At(*s), st.sets(st.integers(0, 60))))
+)
+def test_after_is_the_next_step_at_which_it_is_due(due):
+    for step in range(60):
+        assert due.after(step) == next((later for later in range(step + 1, 100) if due(later)), inf)
 
 
 @pytest.mark.parametrize("period", [0, -3])

@@ -9,10 +9,11 @@ import barchan as bc
 from barchan.testing import machine_code, packed_square_roots
 
 
+@pytest.mark.parametrize("alone", [False, True], ids=["threads", "few grains"])
 @pytest.mark.parametrize("uniform", [True, False], ids=["one material", "several materials"])
 @pytest.mark.parametrize("law", bc.laws.SHIPPED.values(), ids=lambda law: law.name)
-def test_the_loop_has_packed_square_roots(law, uniform):
-    assert packed_square_roots(law, uniform) > 0
+def test_the_loop_has_packed_square_roots(law, uniform, alone):
+    assert packed_square_roots(law, uniform, alone) > 0
 
 
 @pytest.mark.skipif(not llvmlite.binding.get_host_cpu_features().get("avx512f"), reason="a processor without 512-bit lanes")

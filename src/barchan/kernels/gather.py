@@ -3,7 +3,7 @@ wherever and whenever it is made. Indices are unsigned: signed ones cost a fifth
 
 import numpy as np
 
-from barchan.kernels.compiler import kernel, prange
+from barchan.kernels.compiler import kernel, on_one_thread, prange
 
 
 @kernel(parallel=True)
@@ -53,3 +53,6 @@ def gather_forces(start, touched, incidence, slot, out, place, mass, gravity, fo
         total = fx + fy + fz + tx + ty + tz
         bad += 0 if total - total == 0.0 else 1
     return bad
+
+
+gather_forces_alone = on_one_thread(gather_forces)

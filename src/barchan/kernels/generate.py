@@ -21,12 +21,13 @@ import numpy as np
 
 from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
+from barchan.kernels.steps import STEPS
 from barchan.kernels.template import ARMS, BLOCK, MODULE, TINY
 
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
 #: Names of the generated module that a law must not bring along.
-_RESERVED = frozenset({"helper", "kernel", "prange", "pair_forces", "wall_forces", "widest_lanes"})
+_RESERVED = frozenset({"helper", "kernel", "on_one_thread", "prange", "pair_forces", "wall_forces", "widest_lanes"})
 
 
 class Loops(NamedTuple):
@@ -34,6 +35,7 @@ class Loops(NamedTuple):
 
     pair_forces: object
     wall_forces: object
+    advance: object
     module: types.ModuleType
 
 
@@ -142,7 +144,7 @@ def module_text(law, uniform):
     lens = law.lever == "lens"
     arms, arm_at_wall = ["out[6, k] = arm_i", "out[7, k] = arm_j"] * lens, [f"out[6, k] = {wall_arm}"] * lens
     shallow, deep, deepest = "\n    ", "\n        ", "\n                "
-    return MODULE.format(
+    text = MODULE.format(
         law=law.name,
         tiny=repr(TINY),
         block=BLOCK,
@@ -164,6 +166,7 @@ def module_text(law, uniform):
         gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),
     )
+    return text + STEPS
 
 
 def make_loops(law, uniform):
@@ -191,4 +194,4 @@ def make_loops(law, uniform):
         sys.modules[name] = module
         spec.loader.exec_module(module)
     module = sys.modules[name]
-    return Loops(module.pair_forces, module.wall_forces, module)
+    return Loops(module.pair_forces, module.wall_forces, module.barchan_advance, module)

@@ -4,7 +4,7 @@ from contacts to rows of their grains, and back by key."""
 import numpy as np
 
 from barchan.kernels.compiler import helper, kernel, prange
-from barchan.kernels.pairs import partner_key
+from barchan.kernels.incidence import partner_key
 
 
 @kernel(parallel=True)

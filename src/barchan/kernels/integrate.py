@@ -1,6 +1,8 @@
 """Moves grains by one step of the leap-frog, equations (11) and (12), and folds them into the box."""
 
-from barchan.kernels.compiler import helper, kernel, prange
+from math import sqrt
+
+from barchan.kernels.compiler import helper, kernel, on_one_thread, prange
 
 
 @helper
@@ -53,6 +55,9 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, low, length, half
     return fastest, bad
 
 
+kick_drift_wrap_alone = on_one_thread(kick_drift_wrap)
+
+
 @kernel(parallel=True)
 def displacements(place, reference, length, half):
     """Displacements since the rebuild: the largest along x, -x, y, -y, z, -z, and the square of the largest."""
@@ -75,3 +80,17 @@ def displacements(place, reference, length, half):
         down = max(down, -dz)
         farthest = max(farthest, dx * dx + dy * dy + dz * dz)
     return east, west, north, south, up, down, farthest
+
+
+displacements_alone = on_one_thread(displacements)
+
+
+@helper
+def measured_approach(place, place_then, point, point_then, length, half):
+    """Bound on the approach of two surfaces, grains or walls, since they were where they were then; see ``Staleness``."""
+    east, west, north, south, up, down, farthest = displacements_alone(place, place_then, length, half)
+    for w in range(point.shape[0]):
+        x, y, z = point[w, 0] - point_then[w, 0], point[w, 1] - point_then[w, 1], point[w, 2] - point_then[w, 2]
+        east, west, north, south = max(east, x), max(west, -x), max(north, y), max(south, -y)
+        up, down, farthest = max(up, z), max(down, -z), max(farthest, x * x + y * y + z * z)
+    return min(2.0 * sqrt(farthest), sqrt((east + west) ** 2 + (north + south) ** 2 + (up + down) ** 2))

@@ -2,20 +2,24 @@
 
 import numpy as np
 
-from barchan.kernels.cells import PERIOD, SHAPE, WRAPS
-from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.cells import PERIOD, SHAPE, STENCIL, WRAPS
+from barchan.kernels.compiler import helper, kernel, prange, widest_lanes
+
+#: Pairs of rows that are looked at together, and those of a run that are written at a time.
+BLOCK, AT_A_TIME = 1024, np.uint64(8)
+
+#: Most runs of rows around a cell: 9 lines, each in two parts where a period ends, of owned grains and of ghosts.
+RUNS = 36
 
 
 @helper
-def neighbour_range(c, n, wraps):
+def neighbour_range(c, n, reach, wraps):
     """First and last neighbour cell along one axis, relative to ``c``; each cell of a short period is met once."""
+    if wraps != 0.0 and n > 2 * reach:
+        return -reach, reach
     if wraps != 0.0:
-        if n >= 3:
-            return -1, 1
-        if n == 2:
-            return 0, 1
-        return 0, 0
-    return (-1 if c > 0 else 0), (1 if c < n - 1 else 0)
+        return -c, n - 1 - c
+    return max(-reach, -c), min(reach, n - 1 - c)
 
 
 @helper
@@ -39,184 +43,109 @@ def near(place, i, j, skin, grid):
 
 
 @helper
-def scan(i, begin, end, place, frozen, skin, grid, found, count):
-    """Append the rows in ``begin`` to ``end`` that are near row ``i`` to ``found[i]``; returns their new number, which may
-    exceed the room there is: its last place takes what does not count. No branch: five of six candidates are not near, which
-    a processor cannot foresee. All indices are unsigned: a signed one may count from the end (measured: a quarter slower)."""
-    room = np.uint64(found.shape[1] - 1)
-    for j in range(begin, end):
-        found[i, min(count, room)] = j
-        count += np.uint64(near(place, i, j, skin, grid) & ((frozen[i] & frozen[j]) == 0))
-    return count
+def keep_near(length, looked, kept, place, frozen, ids, skin, grid, first, second, end, last, counts):
+    """Of the ``length`` pairs of rows in ``looked``, (3, BLOCK), write those that have to be listed into ``first`` and ``second``
+    from ``end`` on, as long as it is below ``last``, the smaller id first, and count them in ``counts``. Returns their new end,
+    which may exceed ``last``.
+
+    A vectorised loop finds the distances, a scalar one without branches lists what is near: three of four are not, which a
+    processor cannot foresee."""
+    for b in range(length):
+        looked[2, b] = 1 if near(place, looked[0, b], looked[1, b], skin, grid) else 0
+    count = np.uint64(0)
+    for b in range(length):
+        i, j = looked[0, b], looked[1, b]
+        kept[0, count] = i
+        kept[1, count] = j
+        count += np.uint64(looked[2, b] & ((frozen[i] & frozen[j]) ^ 1))
+    for b in range(min(count, last - end) if end < last else np.uint64(0)):
+        i, j = kept[0, b], kept[1, b]
+        in_order = ids[i] < ids[j]
+        first[end + b] = i if in_order else j
+        second[end + b] = j if in_order else i
+    for b in range(count):
+        counts[kept[0, b]] += 1
+    return end + count
 
 
 @helper
-def scan_listed(i, begin, end, rows, place, frozen, skin, grid, found, count):
-    """The same for rows that are given by a list."""
-    room = np.uint64(found.shape[1] - 1)
-    for q in range(begin, end):
-        j = rows[q]
-        found[i, min(count, room)] = j
-        count += np.uint64(near(place, i, j, skin, grid) & ((frozen[i] & frozen[j]) == 0))
-    return count
+def add_run(c, last, start, least, listed, runs, count):
+    """Append the rows of the cells ``c`` to ``last``, from ``least`` on, to the ``runs``, unless there are none."""
+    runs[0, count] = max(start[c], least)
+    runs[1, count] = start[last + 1]
+    runs[2, count] = listed
+    return count + np.uint64(runs[0, count] < runs[1, count])
 
 
-@kernel(parallel=True)
-def find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid, found, counts):
-    """Neighbours that each owned grain has to list: owned ones of a higher row, and ghosts.
-
-    Owned rows are sorted by cell, so cell c holds the rows ``start[c]`` to ``start[c + 1]``, and three cells in a line along
-    x hold one run of rows. Ghosts are listed by cell in ``ghost_rows``.
-
-    ``found`` (n, room + 1) and ``counts`` (n,) are modified; a count above the room means that the room must grow.
-    """
+@helper
+def list_runs(c, start, ghost_start, has_ghosts, grid, runs):
+    """Write the runs of rows around cell ``c`` that come after its first row, and those of ghosts, into ``runs``: first row, last
+    row + 1, whether they are ghosts; returns how many there are. Cells in a line along x hold one run of rows."""
     nx, ny, nz = int(grid[SHAPE, 0]), int(grid[SHAPE, 1]), int(grid[SHAPE, 2])
+    cx, cy, cz = c % nx, (c // nx) % ny, c // (nx * ny)
+    x0, x1 = neighbour_range(cx, nx, int(grid[STENCIL, 0]), grid[WRAPS, 0])
+    y0, y1 = neighbour_range(cy, ny, int(grid[STENCIL, 1]), grid[WRAPS, 1])
+    z0, z1 = neighbour_range(cz, nz, int(grid[STENCIL, 2]), grid[WRAPS, 2])
+    x0, x1 = cx + x0, cx + x1
+    count = np.uint64(0)
+    for sz in range(z0, z1 + 1):
+        for sy in range(y0, y1 + 1):
+            line = (wrapped(cz + sz, nz) * ny + wrapped(cy + sy, ny)) * nx
+            count = add_run(line + max(x0, 0), line + min(x1, nx - 1), start, start[c], 0, runs, count)
+            if x0 < 0 or x1 >= nx:  # the rest lies at the other end of the period
+                begin, end = (x0 + nx, nx - 1) if x0 < 0 else (0, x1 - nx)
+                count = add_run(line + begin, line + end, start, start[c], 0, runs, count)
+            if has_ghosts:
+                count = add_run(line + max(x0, 0), line + min(x1, nx - 1), ghost_start, ghost_start[0], 1, runs, count)
+                if x0 < 0 or x1 >= nx:
+                    begin, end = (x0 + nx, nx - 1) if x0 < 0 else (0, x1 - nx)
+                    count = add_run(line + begin, line + end, ghost_start, ghost_start[0], 1, runs, count)
+    return count
+
+
+@kernel(parallel=True)
+def find_pairs(
+    parts, bounds, start, ghost_start, ghost_rows, place, frozen, ids, skin, grid, runs, looked, kept, first, second, counts, ends
+):
+    """Pairs that may touch: of each owned grain with owned ones of a higher row, and with ghosts.
+
+    Thread p does the cells ``parts[p]`` to ``parts[p + 1]`` and writes its pairs into ``first`` and ``second`` from
+    ``bounds[p]`` on, the smaller id first, whoever owns it. Owned rows are sorted by cell, so cell c holds the rows ``start[c]``
+    to ``start[c + 1]``. Ghosts are listed by cell in ``ghost_rows``.
+
+    ``counts``, how many pairs each grain found, and ``ends``, where those of each thread end, are modified; an end above
+    ``bounds[p + 1]`` means that the room must grow. ``runs`` (threads, 3, RUNS), ``looked`` and ``kept`` (threads, 3, BLOCK)
+    are room to work in."""
     has_ghosts = ghost_rows.shape[0] > 0
-    for i in prange(cell.shape[0]):
-        own = np.int64(cell[i])
-        cx, cy, cz = own % nx, (own // nx) % ny, own // (nx * ny)
-        x0, x1 = neighbour_range(cx, nx, grid[WRAPS, 0])
-        y0, y1 = neighbour_range(cy, ny, grid[WRAPS, 1])
-        z0, z1 = neighbour_range(cz, nz, grid[WRAPS, 2])
-        in_line = cx + x0 >= 0 and cx + x1 < nx
-        runs = 1 if in_line else x1 - x0 + 1
-        width = x1 - x0 if in_line else 0
-        above = np.uint64(i + 1)
-        count = np.uint64(0)
-        for sz in range(z0, z1 + 1):
-            for sy in range(y0, y1 + 1):
-                line = (wrapped(cz + sz, nz) * ny + wrapped(cy + sy, ny)) * nx
-                for run in range(runs):
-                    c = line + wrapped(cx + x0 + run, nx)
-                    begin, end = max(np.uint64(start[c]), above), np.uint64(start[c + width + 1])
-                    count = scan(i, begin, end, place, frozen, skin, grid, found, count)
-                    if has_ghosts:
-                        begin, end = np.uint64(ghost_start[c]), np.uint64(ghost_start[c + width + 1])
-                        count = scan_listed(i, begin, end, ghost_rows, place, frozen, skin, grid, found, count)
-        counts[i] = count
-
-
-@kernel(parallel=True)
-def orient_pairs(found, offsets, ids, first, second):
-    """Write the pairs into ``first`` and ``second``: the grain with the smaller id first, whoever owns it."""
-    for i in prange(found.shape[0]):
-        begin = offsets[i]
-        for k in range(offsets[i + 1] - begin):
-            j = found[i, k]
-            if ids[i] < ids[j]:
-                first[begin + k] = i
-                second[begin + k] = j
-            else:
-                first[begin + k] = j
-                second[begin + k] = i
-
-
-@kernel()
-def count_incidence(n_owned, first, second, wall_grain, start):
-    """Write into ``start`` (n_owned + 1,) where the contacts of each owned grain begin."""
-    start[:] = 0
-    for k in range(wall_grain.shape[0]):
-        start[wall_grain[k] + 1] += 1
-    for k in range(first.shape[0]):
-        if first[k] < n_owned:
-            start[first[k] + 1] += 1
-        if second[k] < n_owned:
-            start[second[k] + 1] += 1
-    for i in range(n_owned):
-        start[i + 1] += start[i]
-
-
-@kernel()
-def fill_incidence(n_owned, first, second, wall_grain, slot, touched, start, incidence):
-    """Write each contact without a column, as 2 * contact + side, to its owned grains, after the ``touched[i]`` that are there
-    already; wall contacts are numbered after the pairs. ``incidence`` is modified; ``start`` is left as it was."""
-    n_pairs = first.shape[0]
-    for i in range(n_owned):
-        start[i] += touched[i]
-    for k in range(wall_grain.shape[0]):
-        if slot[n_pairs + k] == 0:
-            i = wall_grain[k]
-            incidence[start[i]] = 2 * (n_pairs + k)
-            start[i] += 1
-    for k in range(n_pairs):
-        if slot[k] == 0:
-            i, j = first[k], second[k]
-            if i < n_owned:
-                incidence[start[i]] = 2 * k
-                start[i] += 1
-            if j < n_owned:
-                incidence[start[j]] = 2 * k + 1
-                start[j] += 1
-    for i in range(n_owned, 0, -1):
-        start[i] = start[i - 1]
-    start[0] = 0
-
-
-@helper
-def partner_key(i, entry, first, second, ids, wall_key):
-    """Key of the partner of row ``i`` in a contact: the id of a grain, or the negative key of a wall."""
-    k = entry >> 1
-    if k >= first.shape[0]:
-        return wall_key[k - first.shape[0]]
-    return ids[first[k] ^ second[k] ^ np.uint32(i)]  # the other of the two, whichever it is, without a branch
-
-
-@helper
-def touching_first(begin, end, incidence, slot):
-    """Bring the entries of contacts that have a column before the others, in place; returns where the others begin."""
-    last = begin
-    for q in range(begin, end):
-        entry = incidence[q]
-        if slot[entry >> 1] != 0:
-            incidence[q] = incidence[last]
-            incidence[last] = entry
-            last += 1
-    return last
-
-
-@helper
-def sort_by_insertion(i, begin, end, incidence, first, second, ids, wall_key):
-    """Bring the entries of row ``i`` into ascending order of the partner's key, in place."""
-    for q in range(begin, end):
-        entry = incidence[q]
-        key = partner_key(i, entry, first, second, ids, wall_key)
-        p = q
-        while p > begin and partner_key(i, incidence[p - 1], first, second, ids, wall_key) > key:
-            incidence[p] = incidence[p - 1]
-            p -= 1
-        incidence[p] = entry
-
-
-@helper
-def sort_by_rank(i, begin, end, incidence, first, second, ids, wall_key, room):
-    """The same: an entry goes to the place that is the number of smaller keys. More comparisons than an insertion makes, but
-    none that a processor has to foresee (measured on 8 entries a grain: a third of the time)."""
-    count = end - begin
-    for a in range(count):
-        entry = incidence[begin + a]
-        room[0, a] = partner_key(i, entry, first, second, ids, wall_key)
-        room[1, a] = entry
-    for a in range(count):
-        place = begin
-        for b in range(count):
-            place += room[0, b] < room[0, a]
-        incidence[place] = room[1, a]
-
-
-@kernel(parallel=True)
-def order_incidence(parts, changed, first, second, ids, wall_key, slot, start, touched, incidence, room):
-    """For grains whose contacts began or ended: those that touch, first and in ascending order of the partner's key.
-
-    Thread p does the grains ``parts[p]`` to ``parts[p + 1]`` with ``room[p]``, (2, entries that are sorted by rank).
-    ``incidence``, ``touched`` and ``changed``, which is cleared, are modified."""
+    full = np.uint64(looked.shape[2]) - AT_A_TIME
     for p in prange(parts.shape[0] - 1):
-        for i in range(parts[p], parts[p + 1]):
-            if changed[i] != 0:
-                begin = start[i]
-                end = touching_first(begin, start[i + 1], incidence, slot)
-                if end - begin <= room.shape[2]:
-                    sort_by_rank(i, begin, end, incidence, first, second, ids, wall_key, room[p])
-                else:
-                    sort_by_insertion(i, begin, end, incidence, first, second, ids, wall_key)
-                touched[i] = end - begin
-                changed[i] = 0
+        widest_lanes()
+        end, last, length = bounds[p], bounds[np.uint64(p + 1)], np.uint64(0)
+        for c in range(parts[p], parts[np.uint64(p + 1)]):
+            own, above = np.uint64(start[c]), np.uint64(start[c + np.uint64(1)])
+            n_runs = list_runs(np.int64(c), start, ghost_start, has_ghosts, grid, runs[p]) if own < above else np.uint64(0)
+            for i in range(own, above):
+                counts[i] = 0
+                for q in range(n_runs):
+                    listed, over = runs[p, 2, q] != 0, np.uint64(runs[p, 1, q])
+                    begin = np.uint64(runs[p, 0, q]) if listed else max(np.uint64(runs[p, 0, q]), i + np.uint64(1))
+                    while begin < over:
+                        for b in range(AT_A_TIME):  # more than needed, which costs less than to count
+                            looked[p, 0, length + b] = i
+                            looked[p, 1, length + b] = begin + b
+                        if listed:
+                            for b in range(min(over - begin, AT_A_TIME)):
+                                looked[p, 1, length + b] = ghost_rows[begin + b]
+                        length += min(over - begin, AT_A_TIME)
+                        begin += AT_A_TIME
+                        if length > full:
+                            end = keep_near(
+                                length, looked[p], kept[p], place, frozen, ids, skin, grid, first, second, end, last, counts
+                            )
+                            length = np.uint64(0)
+        ends[p] = keep_near(length, looked[p], kept[p], place, frozen, ids, skin, grid, first, second, end, last, counts)
+
+
+def rooms(threads):
+    """Room to work in for ``find_pairs``: runs, looked, kept."""
+    return np.empty((threads, 3, RUNS), np.uint32), *np.empty((2, threads, 3, BLOCK), np.uint32)

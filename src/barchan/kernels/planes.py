@@ -1,6 +1,6 @@
 """Geometry of plane walls."""
 
-from barchan.kernels.compiler import kernel, prange
+from barchan.kernels.compiler import kernel, on_one_thread, prange
 
 
 @kernel(parallel=True)
@@ -19,3 +19,6 @@ def measure_plane(grain, place, begin, end, point, normal, velocity, surface):
             surface[4 + c, column] = normal[c]
             surface[7 + c, column] = velocity[c]
         surface[10, column] = 0.0
+
+
+measure_plane_alone = on_one_thread(measure_plane)

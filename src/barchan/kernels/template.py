@@ -27,7 +27,12 @@ MODULE = '''"""Loops of the law '{law}', written by barchan. Do not edit: it is 
 
 {imports}
 import numpy as barchan_np
-from barchan.kernels.compiler import helper, kernel, prange, widest_lanes
+from barchan.kernels.compiler import helper, kernel, on_one_thread, prange, widest_lanes
+from barchan.kernels.gather import gather_forces_alone as barchan_gather_forces
+from barchan.kernels.integrate import kick_drift_wrap_alone as barchan_kick_drift_wrap
+from barchan.kernels.integrate import measured_approach as barchan_approach
+from barchan.kernels.incidence import order_incidence_alone as barchan_order_incidence
+from barchan.kernels.planes import measure_plane_alone as barchan_measure_plane
 
 {functions}
 
@@ -165,6 +170,7 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
     large = 0
     too_large = 0
     for c in prange(grain.shape[0]):
+        widest_lanes()
         i = grain[c]
         old = slot[offset + c]
         k = offset + c + barchan_np.uint64(1)

@@ -9,9 +9,11 @@ import numpy as np
 
 from barchan.kernels import cells
 from barchan.kernels import history as history_kernels
+from barchan.kernels import incidence as incidence_kernels
 from barchan.kernels import pairs as pair_kernels
 from barchan.kernels.compiler import shares
 from barchan.kernels.gather import gather_forces
+from barchan.kernels.steps import Lists, Rooms
 from barchan.kernels.template import block_rooms
 from barchan.neighbors.rows import ContactRows
 
@@ -75,7 +77,7 @@ class Contacts:
         self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
         self._kept, self.computed = self.history.copy(), False
         self._ids = np.zeros(0, dtype=np.int64)
-        self.wall_ranges, self._room, self._stores, self._spares = [], 16, {}, {}
+        self.wall_ranges, self._pairs_per_grain, self._stores, self._spares = [], 4.0, {}, {}
 
     def _array(self, name, dtype, *shape):
         """Uninitialised array in memory that is kept from rebuild to rebuild: fresh memory costs a page fault per 4 kB
@@ -129,7 +131,7 @@ class Contacts:
         self._build_wall_contacts(grains, walls, skin)
         self._ids = grains.view("id", ghosts=True)
         self.start, self.touched = np.empty(grains.n + 1, dtype=np.int64), np.zeros(grains.n, dtype=np.uint32)
-        pair_kernels.count_incidence(grains.n, self.first, self.second, self.wall_grain, self.start)
+        incidence_kernels.count_incidence(grains.n, self.first, self.second, self.wall_grain, self.start)
         self.incidence = self._array("incidence", np.uint32, self.start[-1])
         self.slot = self._array("slot", np.uint32, self.n_pairs + len(self.wall_grain))
         self.slot[:], self.computed = 0, False
@@ -137,20 +139,27 @@ class Contacts:
 
     def _build_pairs(self, grains, grid, skin):
         place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
-        cell, start, _ = cells.sorted_cells(place, 0, grains.n, grid)
+        _, start, _ = cells.sorted_cells(place, 0, grains.n, grid)
         _, ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
-        counts, room = np.zeros(grains.n, dtype=np.int64), self._room
+        parts, counts = np.searchsorted(start, shares(grains.n)).astype(np.uint64), np.empty(grains.n, dtype=np.uint32)
+        parts[-1] = grid.n_cells
+        rooms = pair_kernels.rooms(len(parts) - 1)
+        search = (start, ghost_start, ghost_rows, place, frozen, grains.view("id", ghosts=True), skin, grid.table)
         while True:
-            found = self._scratch(grains.n * (room + 1)).reshape(grains.n, room + 1)
-            pair_kernels.find_pairs(cell, start, ghost_start, ghost_rows, place, frozen, skin, grid.table, found, counts)
-            needed = int(counts.max()) if grains.n else 0
-            if needed <= room:
+            room = int(self._pairs_per_grain * grains.n) + 64
+            bounds, ends = shares(room), np.empty(len(parts) - 1, dtype=np.uint64)
+            first, second = (self._array(name, np.uint32, room) for name in ("first", "second"))
+            pair_kernels.find_pairs(parts, bounds, *search, *rooms, first, second, counts, ends)
+            if (ends <= bounds[1:]).all():
                 break
-            room = needed + 4
-        self._room = room
-        self._offsets = np.concatenate([[0], np.cumsum(counts)])
-        self.first, self.second = (self._array(name, np.uint32, self._offsets[-1]) for name in ("first", "second"))
-        pair_kernels.orient_pairs(found, self._offsets, grains.view("id", ghosts=True), self.first, self.second)
+            self._pairs_per_grain *= 1.05 * float(((ends - bounds[:-1]) / np.diff(bounds)).max())
+        n_pairs = 0
+        for begin, end in zip(bounds.tolist(), ends.tolist()):
+            for rows in (first, second):
+                rows[n_pairs : n_pairs + end - begin] = rows[begin:end]
+            n_pairs += end - begin
+        self.first, self.second = first[:n_pairs], second[:n_pairs]
+        self._offsets = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
 
     def _build_wall_contacts(self, grains, walls, skin):
         found = [wall.candidates(grains, skin) for wall in walls]
@@ -188,17 +197,21 @@ class Contacts:
 
     def _fill_incidence(self, n_owned):
         pairs = (self.first, self.second, self.wall_grain)
-        pair_kernels.fill_incidence(n_owned, *pairs, self.slot, self.touched, self.start, self.incidence)
+        incidence_kernels.fill_incidence(n_owned, *pairs, self.slot, self.touched, self.start, self.incidence)
 
     def _partners(self):
         """What the key of a contact's partner is looked up in."""
         return self.first, self.second, self._ids, self.wall_key
 
     def _order_incidence(self):
-        parts = shares(len(self.touched))
-        room = np.empty((len(parts) - 1, 2, AT_A_TIME), dtype=np.int64)
+        parts, room = self._order_rooms()
         lists = (self.slot, self.start, self.touched, self.incidence)
-        pair_kernels.order_incidence(parts, self.changed, *self._partners(), *lists, room)
+        incidence_kernels.order_incidence(parts, self.changed, *self._partners(), *lists, room)
+
+    def _order_rooms(self):
+        """Shares of the grains, and room for the keys of one of each thread."""
+        parts = shares(len(self.touched))
+        return parts, np.empty((len(parts) - 1, 2, AT_A_TIME), dtype=np.int64)
 
     def _make_columns(self, count):
         """Room for ``count`` columns; what stands in the present ones stays there."""
@@ -235,6 +248,28 @@ class Contacts:
         self._order_incidence()
         self.history, self._kept, self.computed = self._kept, self.history, True
         return counts
+
+    def advance(self, loops, begin, bodies, walls, rules):
+        """Many steps at once.
+
+        Args:
+            loops: compiled ``Loops`` of the law.
+            begin: largest number of steps, time, bound on the approach of surfaces since the rebuild.
+            bodies, walls, rules: as ``kernels.steps`` has them, walls as (planes, where all were then); modified.
+
+        Returns:
+            What ``kernels.steps.Progress`` holds.
+        """
+        lists = Lists(
+            *(self.first, self.second, self._ids, self.wall_key, self.slot, self.start, self.touched, self.incidence),
+            *(self.changed, self.wall_grain, self.wall_material, self._wall_begin),
+        )
+        rooms = Rooms(*block_rooms(self.n_pairs), *self._order_rooms())
+        progress = loops.advance(*begin, bodies, lists, self.history, self._kept, self.out, *walls, rooms, rules)
+        if progress[0] % 2:
+            self.history, self._kept = self._kept, self.history
+        self.computed = self.computed or progress[0] > 0
+        return progress
 
     def forces(self, some):
         """Forces on the first grains of ``some`` contacts, a slice, (3, k); 0 for those that do not touch."""

@@ -47,14 +47,18 @@ class Staleness:
         return self.also_when is not None and bool(self.also_when(step))
 
     @staticmethod
-    def exceeds(approach, skin):
-        """True if two surfaces may have approached by more than the skin."""
-        return approach > skin * (1.0 - 1e-9)
+    def allowed(skin):
+        """How far two surfaces may approach."""
+        return float(skin * (1.0 - 1e-9))
 
     def advance(self, speed, skin, dt):
         """Take a step of ``dt``, in which nothing was faster than ``speed``, into the bounds: of the approach, and of equation
         (13)."""
-        self.approach += 2.0 * speed * dt
+        self.take(self.approach + 2.0 * speed * dt, speed, skin, dt)
+
+    def take(self, approach, speed, skin, dt):
+        """Take ``approach`` as the bound of now; since then no step of ``dt`` saw anything faster than ``speed``."""
+        self.approach = approach
         if speed > 0.0 and dt > 0.0:
             self.bound_13 = min(self.bound_13, skin / (2.0 * speed * dt))
 

@@ -102,6 +102,10 @@ class Plane:
         """Take the wall to the next step."""
         self._point = self._point + dt * self._velocity
 
+    def move_to(self, point):
+        """The same, where it was computed elsewhere."""
+        self._point = point.copy()
+
     def candidates(self, grains, skin):
         """Owned rows that may touch the wall before the next rebuild."""
         distance = (grains.view("position") - self.point) @ self.normal

@@ -1,0 +1,154 @@
+"""Many steps in one call: for scenes so small that calling compiled code from Python would cost more than what it does (100
+grains: 60 us a step, 6 in here). The text is part of the module that ``generate.py`` writes for a law; it runs every loop on
+one thread, in the order in which ``Simulation.step`` does."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Bodies(NamedTuple):
+    """Blocks of all grains."""
+
+    place: np.ndarray
+    motion: np.ndarray
+    spin: np.ndarray
+    image: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+    mass: np.ndarray
+    material: np.ndarray
+
+
+class Lists(NamedTuple):
+    """The neighbour list, by the names of ``neighbors.contacts.Contacts``."""
+
+    first: np.ndarray
+    second: np.ndarray
+    ids: np.ndarray
+    wall_key: np.ndarray
+    slot: np.ndarray
+    start: np.ndarray
+    touched: np.ndarray
+    incidence: np.ndarray
+    changed: np.ndarray
+    wall_grain: np.ndarray
+    wall_material: np.ndarray
+    wall_begin: np.ndarray
+
+
+class Rooms(NamedTuple):
+    """Shares of the pairs and of the grains, one of each, and room to work in."""
+
+    pairs: np.ndarray
+    rows: np.ndarray
+    touches: np.ndarray
+    branch: np.ndarray
+    grains: np.ndarray
+    keys: np.ndarray
+
+
+class Then(NamedTuple):
+    """Where grains, (n, 4), and walls, (walls, 3), were at the rebuild."""
+
+    place: np.ndarray
+    point: np.ndarray
+
+
+class Planes(NamedTuple):
+    """Flat walls, (walls, 3) each, and the geometry of their contacts."""
+
+    point: np.ndarray
+    normal: np.ndarray
+    velocity: np.ndarray
+    surface: np.ndarray
+
+
+class Rules(NamedTuple):
+    """What the steps depend on, besides the grains, and when they have to end."""
+
+    n_materials: np.uint32
+    table: np.ndarray
+    low: np.ndarray
+    length: np.ndarray
+    half: np.ndarray
+    gravity: np.ndarray
+    dt: float
+    allowed_overlap: float
+    max_overlap: float
+    wall_speed: float
+    skin: float
+    warned: bool
+
+
+class Progress(NamedTuple):
+    """What became of the steps.
+
+    ``done``: whole steps. ``begun``: one more has moved the grains, and has to be finished. ``fastest``, ``bad``: what
+    ``kick_drift_wrap`` returned last. ``quickest``: largest speed of the whole steps. The rest belongs to the last whole step,
+    but for ``large``, which is their sum.
+    """
+
+    done: int
+    begun: bool
+    fastest: float
+    bad: int
+    time: float
+    approach: float
+    quickest: float
+    touching: int
+    large: int
+    too_large: int
+    not_finite: int
+
+
+STEPS = '''
+barchan_pair_forces = on_one_thread(pair_forces)
+barchan_wall_forces = on_one_thread(wall_forces)
+
+
+@kernel()
+def barchan_advance(most, time, approach, bodies, lists, history, kept, out, planes, then, rooms, rules):
+    """At most ``most`` steps; all arrays that a step writes are modified. ``history`` and ``kept`` have changed places after an
+    odd number of whole steps. Ends before the forces of a step in which the list may be stale or a grain is bad, and after
+    one with something to tell of."""
+    place, motion, spin, force, torque = bodies.place, bodies.motion, bodies.spin, bodies.force, bodies.torque
+    first, second, slot = lists.first, lists.second, lists.slot
+    dt, n_owned, n_pairs = rules.dt, barchan_np.uint32(force.shape[0]), barchan_np.uint64(first.shape[0])
+    done, begun, fastest, bad, quickest, total = 0, False, 0.0, 0, 0.0, 0
+    touching, large, too_large, not_finite = 0, 0, 0, 0
+    while done < most and not (too_large or not_finite or (large and not rules.warned)):
+        fastest, bad = barchan_kick_drift_wrap(
+            place, motion, spin, bodies.image, force, torque, rules.low, rules.length, rules.half, dt)
+        planes.point[:, :] = planes.point + dt * planes.velocity
+        speed = max(barchan_sqrt(fastest), rules.wall_speed)
+        nearer = approach + 2.0 * speed * dt
+        if nearer > rules.skin:
+            nearer = barchan_approach(place, then.place, planes.point, then.point, rules.length, rules.half)
+        if bad or nearer > rules.skin:
+            begun = True
+            break
+        approach = nearer
+        quickest = max(quickest, speed)
+        time += dt
+        touching, large, too_large = barchan_pair_forces(
+            rooms.pairs, first, second, n_owned, place, motion, spin, bodies.material, rules.n_materials, rules.table, slot,
+            history, kept, out, lists.changed, rooms.rows, rooms.touches, rooms.branch, rules.length, rules.half, dt,
+            rules.allowed_overlap, rules.max_overlap)
+        if lists.wall_grain.shape[0] > 0:
+            for w in range(planes.point.shape[0]):
+                barchan_measure_plane(lists.wall_grain, place, lists.wall_begin[w], lists.wall_begin[w + 1], planes.point[w],
+                                    planes.normal[w], planes.velocity[w], planes.surface)
+            more, large_more, too_large_more = barchan_wall_forces(
+                lists.wall_grain, planes.surface, place, motion, spin, bodies.material, lists.wall_material, rules.n_materials,
+                rules.table, slot, history, kept, out, lists.changed, n_pairs, dt, rules.allowed_overlap, rules.max_overlap)
+            touching, large, too_large = touching + more, large + large_more, too_large + too_large_more
+        barchan_order_incidence(rooms.grains, lists.changed, first, second, lists.ids, lists.wall_key, slot, lists.start,
+                              lists.touched, lists.incidence, rooms.keys)
+        history, kept = kept, history
+        not_finite = barchan_gather_forces(lists.start, lists.touched, lists.incidence, slot, out, place, bodies.mass,
+                                           rules.gravity, force, torque)
+        total += large
+        done += 1
+    return done, begun, fastest, bad, time, approach, quickest, touching, total, too_large, not_finite
+'''

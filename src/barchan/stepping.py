@@ -1,0 +1,64 @@
+"""Many steps of a small scene in one call of compiled code: how many can be, and the call. It changes no bit."""
+
+from math import inf
+
+import numpy as np
+
+from barchan.kernels.steps import Bodies, Planes, Progress, Rules, Then
+from barchan.walls import Plane
+
+#: Grains times steps in one call: 10 to 20 ms, after which Python looks whether somebody wants to stop.
+MOST_WORK = 200_000
+
+
+def steps_ahead(sim, end):
+    """Number of steps, up to step ``end``, in which nothing happens but motion and forces of grains and flat walls."""
+    alone = sim.comm.size == 1 and sim.staleness.also_when is None and not callable(sim.gravity)
+    if not alone or any(type(wall) is not Plane for wall in sim.walls):
+        return 0
+    due = min((_next_due(one, sim.step_number) for one in (*sim.actions, *sim.writers)), default=inf)
+    return int(min(end - sim.step_number, due - 1 - sim.step_number, MOST_WORK // max(sim.grains.n, 1)))
+
+
+def _next_due(one, step):
+    """The step after ``step`` at which an action or a writer is due; the very next one unless it can tell."""
+    tell = getattr(one, "next_due", None) or getattr(one.due, "after", None)
+    return tell(step) if tell else step + 1
+
+
+def advance(sim, most, loops, setting, skin, walls_then):
+    """At most ``most`` steps of ``sim``. Grains, contacts and walls are modified, counters are not.
+
+    Args:
+        loops: compiled ``Loops`` of the law.
+        setting: a ``Setting``.
+        skin: of the list [length].
+        walls_then: points of the walls at the rebuild.
+
+    Returns:
+        ``Progress``.
+    """
+    walls, grains, watch, frame = sim.walls, sim.grains, sim.staleness, setting.frame
+    bodies = Bodies(*(grains.block(name) for name in Bodies._fields))
+    point, normal, velocity = (
+        np.array([getattr(wall, name) for wall in walls]).reshape(-1, 3) for name in ("point", "normal", "velocity")
+    )
+    rules = Rules(
+        np.uint32(setting.n_materials),
+        setting.table,
+        frame.low,
+        frame.length,
+        frame.half,
+        np.array(sim.present_gravity),
+        *(float(number) for number in (setting.dt, setting.allowed_overlap, setting.max_overlap)),
+        float(max((wall.speed for wall in walls), default=0.0)),
+        watch.allowed(skin),
+        sim.large_overlaps > 0,
+    )
+    planes = Planes(point, normal, velocity, sim.contacts.surface)
+    then = Then(watch.reference, np.array(walls_then).reshape(-1, 3))
+    begin = (most, float(sim.time), float(watch.approach))
+    progress = Progress(*sim.contacts.advance(loops, begin, bodies, (planes, then), rules))
+    for wall, moved in zip(walls, point):
+        wall.move_to(moved)
+    return progress
