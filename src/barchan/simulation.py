@@ -124,10 +124,11 @@ class Simulation(Assembly):
         if not same_owner:
             self._take_down_list()  # memory to rows; ghosts dropped
             self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
-        grid = self._grid(self._cutoff())
-        order = self._sort_in_space(grid)
-        self.ghosts.build(self.grains, self._largest_radius() + self._list_skin)
-        before = self.contacts.build(self.grains, self.walls, grid, self._list_skin)
+        largest = self._largest_radius()
+        grid = self._grid(2.0 * largest + self._list_skin)
+        start, order = self._sort_in_space(grid)
+        self.ghosts.build(self.grains, largest + self._list_skin)
+        before = self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
         if same_owner:
             self.contacts.carry_over(order, before)
         else:
@@ -363,8 +364,7 @@ class Simulation(Assembly):
             self._checked_dt = self.dt
 
     def _largest_radius(self):
-        radius = self.grains.view("radius")
-        return float(self.comm.maximum([radius.max() if len(radius) else 0.0])[0])
+        return float(self.comm.maximum([cells.extents(self.grains.block("place"))[6]])[0])
 
     def _cutoff(self):
         return 2.0 * self._largest_radius() + self._list_skin
@@ -374,12 +374,12 @@ class Simulation(Assembly):
         if self.comm.size > 1:
             low, high = low - cutoff, high + cutoff
         if self.grains.n:
-            columns = [self.grains.view("position")[:, axis] for axis in range(3)]
-            low = np.where(self.box.periodic, low, np.maximum(low, [x.min() for x in columns]))
-            high = np.where(self.box.periodic, high, np.minimum(high, [x.max() for x in columns]))
+            extents = np.array(cells.extents(self.grains.block("place"))[:6])
+            low = np.where(self.box.periodic, low, np.maximum(low, extents[::2]))
+            high = np.where(self.box.periodic, high, np.minimum(high, extents[1::2]))
         return cells.make_grid(low, high, cutoff, 2.0 * self.grains.n + 64.0, self.box.frame)
 
     def _sort_in_space(self, grid):
-        _, _, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)
+        start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)
         self.grains.keep(order)
-        return order
+        return start, order

@@ -85,9 +85,23 @@ def sort_by_cell(cell, begin, start, rows):
 
 
 def sorted_cells(place, begin, count, grid):
-    """Cells of ``count`` grains from row ``begin`` on, where each cell begins, and the rows in the order of cells."""
+    """Where each cell begins among ``count`` grains from row ``begin`` on, and their rows in the order of cells."""
     cell, rows = np.empty(count, dtype=np.uint32), np.empty(count, dtype=np.uint32)
-    start = np.empty(grid.n_cells + 1, dtype=np.int64)
+    start = np.empty(grid.n_cells + 1, dtype=np.uint32)
     find_cells(place, grid.table, begin, cell)
     sort_by_cell(cell, begin, start, rows)
-    return cell, start, rows
+    return start, rows
+
+
+@kernel(parallel=True)
+def extents(place):
+    """Smallest and largest coordinates of all grains, and the largest radius: (x, X, y, Y, z, Z, R); infinite and 0 if none."""
+    west, south, bottom = np.inf, np.inf, np.inf
+    east, north, top = -np.inf, -np.inf, -np.inf
+    radius = 0.0
+    for i in prange(place.shape[0]):
+        west, east = min(west, place[i, 0]), max(east, place[i, 0])
+        south, north = min(south, place[i, 1]), max(north, place[i, 1])
+        bottom, top = min(bottom, place[i, 2]), max(top, place[i, 2])
+        radius = max(radius, place[i, 3])
+    return west, east, south, north, bottom, top, radius

@@ -149,7 +149,7 @@ def default_threads():
 
 
 #: Kernels of a scene that starts with an empty cache.
-_KERNELS = 28
+_KERNELS = 31
 
 
 class _Kernels(event.Listener):

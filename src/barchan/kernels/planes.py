@@ -22,3 +22,17 @@ def measure_plane(grain, place, begin, end, point, normal, velocity, surface):
 
 
 measure_plane_alone = on_one_thread(measure_plane)
+
+
+@kernel()
+def near_plane(place, frozen, point, normal, skin, found):
+    """Write the rows of the grains whose surface is nearer to a plane than ``skin``, and which can move, into ``found``,
+    ascending; returns how many there are."""
+    count = 0
+    for i in range(place.shape[0]):
+        distance = 0.0
+        for c in range(3):
+            distance += (place[i, c] - point[c]) * normal[c]
+        found[count] = i
+        count += (distance < place[i, 3] + skin) & (frozen[i] == 0)
+    return count

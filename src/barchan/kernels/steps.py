@@ -120,7 +120,9 @@ def barchan_advance(most, time, approach, bodies, lists, history, kept, out, pla
     while done < most and not (too_large or not_finite or (large and not rules.warned)):
         fastest, bad = barchan_kick_drift_wrap(
             place, motion, spin, bodies.image, force, torque, rules.low, rules.length, rules.half, dt)
-        planes.point[:, :] = planes.point + dt * planes.velocity
+        for w in range(planes.point.shape[0]):
+            for axis in range(3):
+                planes.point[w, axis] += dt * planes.velocity[w, axis]
         speed = max(barchan_sqrt(fastest), rules.wall_speed)
         nearer = approach + 2.0 * speed * dt
         if nearer > rules.skin:

@@ -87,10 +87,10 @@ class Contacts:
             self._stores[name] = np.empty(count + count // 5 + 64, dtype=dtype)
         return self._stores[name][:count].reshape(shape)
 
-    def _scratch(self, count):
-        """Room for ``count`` numbers during a rebuild, when the forces of the step before are needed no more: in their place."""
-        room = self.out.reshape(-1).view(np.uint32)
-        return room[:count] if count <= len(room) else np.empty(count, dtype=np.uint32)
+    @property
+    def scratch(self):
+        """Memory to work in during a rebuild, when the forces of the step before are needed no more: in their place."""
+        return self.out.reshape(-1).view(np.uint32)
 
     @property
     def n_pairs(self):
@@ -116,9 +116,9 @@ class Contacts:
         history_kernels.detach_rows(parts, room, *contacts, on_both, start, keys, values)
         return ContactRows(start, keys, values)
 
-    def build(self, grains, walls, grid, skin):
+    def build(self, grains, walls, grid, start, skin):
         """Find all pairs and wall contacts that may touch before grains have moved by the skin. Owned rows are in the order
-        of the grid's cells. ``attach`` or ``carry_over`` has to follow.
+        of the grid's cells, of which ``start`` tells where they begin. ``attach`` or ``carry_over`` has to follow.
 
         Returns:
             The list as it was before, for ``carry_over``.
@@ -127,7 +127,7 @@ class Contacts:
             self.first, self.second, self.wall_grain, self.wall_key, self.start, self.touched, self.incidence, self.slot
         )
         self._stores, self._spares = self._spares, self._stores  # what it stands in is kept until the next rebuild
-        self._build_pairs(grains, grid, skin)
+        self._build_pairs(grains, grid, start, skin)
         self._build_wall_contacts(grains, walls, skin)
         self._ids = grains.view("id", ghosts=True)
         self.start, self.touched = np.empty(grains.n + 1, dtype=np.int64), np.zeros(grains.n, dtype=np.uint32)
@@ -137,10 +137,9 @@ class Contacts:
         self.slot[:], self.computed = 0, False
         return before
 
-    def _build_pairs(self, grains, grid, skin):
+    def _build_pairs(self, grains, grid, start, skin):
         place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
-        _, start, _ = cells.sorted_cells(place, 0, grains.n, grid)
-        _, ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
+        ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
         parts, counts = np.searchsorted(start, shares(grains.n)).astype(np.uint64), np.empty(grains.n, dtype=np.uint32)
         parts[-1] = grid.n_cells
         rooms = pair_kernels.rooms(len(parts) - 1)
@@ -184,7 +183,7 @@ class Contacts:
         self._make_columns(len(self.slot))
         new_row = np.empty(len(order), dtype=np.uint32)
         new_row[order] = np.arange(len(order), dtype=np.uint32)
-        moved, old_pairs = self._scratch(len(before.slot)), len(before.first)
+        moved, old_pairs = self.scratch[: len(before.slot)], len(before.first)  # there are more columns than contacts
         old = (before.first, before.second, before.slot)
         history_kernels.find_pairs_again(old_pairs, new_row, *old, self._offsets, self.first, self.second, self.slot, moved)
         at_walls = (self._wall_begin, self.wall_grain, self.slot[self.n_pairs :], moved[old_pairs:])

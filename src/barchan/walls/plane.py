@@ -6,7 +6,7 @@ import numpy as np
 
 from barchan.domain import numbers
 from barchan.errors import SceneError
-from barchan.kernels.planes import measure_plane
+from barchan.kernels.planes import measure_plane, near_plane
 from barchan.words import shown
 
 _DIMENSIONS = {"point": "length", "normal": "1", "velocity": "length/time"}
@@ -107,9 +107,10 @@ class Plane:
         self._point = point.copy()
 
     def candidates(self, grains, skin):
-        """Owned rows that may touch the wall before the next rebuild."""
-        distance = (grains.view("position") - self.point) @ self.normal
-        return np.flatnonzero((distance < grains.view("radius") + skin) & (grains.view("frozen") == 0))
+        """Owned rows that may touch the wall before the next rebuild, ascending."""
+        found = np.empty(grains.n + 1, dtype=np.uint32)
+        state = (grains.block("place"), grains.block("frozen"), self._point, self._normal)
+        return found[: near_plane(*state, skin, found)]
 
     def measure(self, contacts, grains, begin, end):
         """Fill the surface rows of its contacts ``begin`` to ``end``."""
