@@ -120,19 +120,21 @@ class Simulation(Assembly):
         preflight.check_prepared("rebuild", self._loops)
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
-        same_owner = self._listed and self.comm.size == 1  # then memory goes straight from list to list
-        if not same_owner:
+        known = None
+        if self._listed and self.comm.size == 1:  # then memory goes straight from list to list
+            known = self.contacts.put_aside()
+        else:
             self._take_down_list()  # memory to rows; ghosts dropped
             self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
         largest = self._largest_radius()
         grid = self._grid(2.0 * largest + self._list_skin)
         start, order = self._sort_in_space(grid)
         self.ghosts.build(self.grains, largest + self._list_skin)
-        before = self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
-        if same_owner:
-            self.contacts.carry_over(order, before)
-        else:
+        self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
+        if known is None:
             self.contacts.attach(self.grains, self._rows.take(order))
+        else:
+            self.contacts.carry_over(order, known)
         self.staleness.remember(self.step_number, self.grains.block("place"))
         self._walls_then = [wall.point.copy() for wall in self.walls]
         self._listed, self._rows = True, None

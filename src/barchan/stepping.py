@@ -7,8 +7,8 @@ import numpy as np
 from barchan.kernels.steps import Bodies, Planes, Progress, Rules, Then
 from barchan.walls import Plane
 
-#: Grains times steps in one call: 10 to 20 ms, after which Python looks whether somebody wants to stop.
-MOST_WORK = 200_000
+#: Grains times steps in one call: 40 to 80 ms, after which Python looks whether somebody wants to stop.
+MOST_WORK = 1_000_000
 
 
 def steps_ahead(sim, end):

@@ -91,51 +91,86 @@ def attach_rows(n_owned, first, second, ids, wall_key, start, incidence, row_sta
 GONE = np.uint32(0xFFFFFFFF)
 
 
+@kernel()
+def list_touching(first, second, wall_grain, wall_key, slot, rows):
+    """Write the contacts that touch into ``rows`` (3, columns): both rows of a pair, or the row and the number of the wall, and
+    the column. ``slot`` becomes the number of each among them.
+
+    Returns:
+        (pairs, all)."""
+    n_pairs = first.shape[0]
+    count = 0
+    for k in range(n_pairs):
+        column = slot[k]
+        rows[0, count] = first[k]
+        rows[1, count] = second[k]
+        rows[2, count] = column
+        slot[k] = count
+        count += column != 0
+    pairs = count
+    for c in range(wall_grain.shape[0]):
+        column = slot[n_pairs + c]
+        rows[0, count] = wall_grain[c]
+        rows[1, count] = -1 - wall_key[c]
+        rows[2, count] = column
+        slot[n_pairs + c] = count
+        count += column != 0
+    return pairs, count
+
+
 @kernel(parallel=True)
-def find_pairs_again(n_pairs, new_row, old_first, old_second, old_slot, offsets, first, second, slot, moved):
-    """Give the pairs that touched their columns in the new list; ``slot``, all zero before, is modified.
+def list_order(start, touched, incidence, number, begin, entries):
+    """Write the contacts that touch grain i, as 2 * number + side and in the order of its sum, to ``entries`` from ``begin[i]``
+    on."""
+    for i in prange(touched.shape[0]):
+        for q in range(touched[i]):
+            entry = incidence[start[i] + q]
+            entries[begin[i] + q] = 2 * number[entry >> 1] + (entry & 1)
+
+
+@kernel(parallel=True)
+def find_pairs_again(n_pairs, rows, new_row, offsets, first, second, slot, moved):
+    """Give pairs that touched their columns in the new list; ``slot``, all zero before, is modified.
 
     Args:
-        n_pairs: of the old list, whose arrays are called old.
+        n_pairs, rows: as ``list_touching`` left them.
         new_row: (owned,) new row of each old one.
         offsets: pairs that grain i found are ``offsets[i]`` to ``offsets[i + 1]``; it is the lower row of the two.
-        moved: (old contacts,) becomes the new number of each, or ``GONE``; those that did not touch are left out.
+        moved: becomes the new number of each, or ``GONE``.
     """
-    for k in prange(n_pairs):
-        if old_slot[k] != 0:
-            one, other = new_row[old_first[k]], new_row[old_second[k]]
-            lower = min(one, other)
-            found = GONE
-            for new in range(np.uint32(offsets[lower]), np.uint32(offsets[lower + 1])):
-                found = new if (first[new] == one) & (second[new] == other) else found
-            if found != GONE:
-                slot[found] = old_slot[k]
-            moved[k] = found
+    for t in prange(n_pairs):
+        one, other = new_row[rows[0, t]], new_row[rows[1, t]]
+        lower = min(one, other)
+        found = GONE
+        for new in range(np.uint32(offsets[lower]), np.uint32(offsets[lower + 1])):
+            found = new if (first[new] == one) & (second[new] == other) else found
+        if found != GONE:
+            slot[found] = rows[2, t]
+        moved[t] = found
 
 
 @kernel()
-def find_walls_again(new_row, old_grain, old_key, old_slot, wall_begin, wall_grain, slot, moved):
-    """The same for contacts at walls: arrays begin with the first of them, and ``wall_begin[w]`` is where those of wall w begin.
-    The rows at a wall ascend."""
-    for c in range(old_grain.shape[0]):
-        if old_slot[c] != 0:
-            wall, row = -1 - old_key[c], new_row[old_grain[c]]
-            new = row_of(row, wall_begin[wall], wall_begin[wall + 1], wall_grain)
-            moved[c] = GONE
-            if new < wall_begin[wall + 1] and wall_grain[new] == row:
-                slot[new] = old_slot[c]
-                moved[c] = new
+def find_walls_again(begin, end, rows, new_row, wall_begin, wall_grain, n_pairs, slot, moved):
+    """The same for contacts at walls, ``begin`` to ``end`` of the old ones; new ones are numbered from ``n_pairs`` on, those of
+    wall w are ``wall_begin[w]`` to ``wall_begin[w + 1]``, with ascending rows."""
+    for t in range(begin, end):
+        row, wall = new_row[rows[0, t]], rows[1, t]
+        new = row_of(row, wall_begin[wall], wall_begin[wall + 1], wall_grain)
+        moved[t] = GONE
+        if new < wall_begin[wall + 1] and wall_grain[new] == row:
+            slot[n_pairs + new] = rows[2, t]
+            moved[t] = n_pairs + new
 
 
 @kernel(parallel=True)
-def carry_order(order, moved, old_start, old_touched, old_incidence, start, touched, incidence):
+def carry_order(order, moved, begin, entries, start, touched, incidence):
     """Begin the new list of each grain with the contacts that touched, in the order in which they were: that of the partners'
     keys. ``touched`` and ``incidence`` are modified."""
     for i in prange(order.shape[0]):
         old = order[i]
         last = start[i]
-        for q in range(old_start[old], old_start[old] + old_touched[old]):
-            entry = old_incidence[q]
+        for q in range(begin[old], begin[old + 1]):
+            entry = entries[q]
             new = moved[entry >> 1]
             if new != GONE:
                 incidence[last] = 2 * new + (entry & 1)

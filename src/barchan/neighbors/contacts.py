@@ -35,17 +35,20 @@ class Setting(NamedTuple):
     max_overlap: float
 
 
-class _Listed(NamedTuple):
-    """A neighbour list that is replaced, by the names of ``Contacts``."""
+class Remembered(NamedTuple):
+    """The contacts that touched, while their list is replaced: see ``kernels.history``.
 
-    first: np.ndarray
-    second: np.ndarray
-    wall_grain: np.ndarray
-    wall_key: np.ndarray
-    start: np.ndarray
-    touched: np.ndarray
-    incidence: np.ndarray
-    slot: np.ndarray
+    ``rows``: (3, ...) both rows, or row and number of a wall, and column, of ``count`` contacts of which ``n_pairs`` are pairs.
+    ``entries``: from ``begin[i]`` to ``begin[i + 1]`` those of grain i, as 2 * contact + side, in the order of its sum.
+    ``moved``: room for their new numbers.
+    """
+
+    n_pairs: int
+    count: int
+    rows: np.ndarray
+    begin: np.ndarray
+    entries: np.ndarray
+    moved: np.ndarray
 
 
 class Contacts:
@@ -77,7 +80,7 @@ class Contacts:
         self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
         self._kept, self.computed = self.history.copy(), False
         self._ids = np.zeros(0, dtype=np.int64)
-        self.wall_ranges, self._pairs_per_grain, self._stores, self._spares = [], 4.0, {}, {}
+        self.wall_ranges, self._pairs_per_grain, self._stores = [], 4.0, {}
 
     def _array(self, name, dtype, *shape):
         """Uninitialised array in memory that is kept from rebuild to rebuild: fresh memory costs a page fault per 4 kB
@@ -86,11 +89,6 @@ class Contacts:
         if name not in self._stores or len(self._stores[name]) < count:
             self._stores[name] = np.empty(count + count // 5 + 64, dtype=dtype)
         return self._stores[name][:count].reshape(shape)
-
-    @property
-    def scratch(self):
-        """Memory to work in during a rebuild, when the forces of the step before are needed no more: in their place."""
-        return self.out.reshape(-1).view(np.uint32)
 
     @property
     def n_pairs(self):
@@ -116,17 +114,26 @@ class Contacts:
         history_kernels.detach_rows(parts, room, *contacts, on_both, start, keys, values)
         return ContactRows(start, keys, values)
 
+    def put_aside(self):
+        """What has to be remembered of this list for ``carry_over``. It lies where the forces of the step before were, which are
+        needed no more; the list itself is worth nothing afterwards."""
+        self._order_incidence()
+        columns, scratch = self.out.shape[1], self.out.reshape(-1).view(np.uint32)
+        rows, entries, moved = (
+            scratch[: 3 * columns].reshape(3, columns),
+            scratch[3 * columns : 5 * columns],
+            scratch[5 * columns :],
+        )
+        contacts = (self.first, self.second, self.wall_grain, self.wall_key)
+        n_pairs, count = history_kernels.list_touching(*contacts, self.slot, rows)
+        begin = np.zeros(len(self.touched) + 1, dtype=np.uint32)
+        np.cumsum(self.touched, out=begin[1:])
+        history_kernels.list_order(self.start, self.touched, self.incidence, self.slot, begin, entries)
+        return Remembered(n_pairs, count, rows, begin, entries, moved)
+
     def build(self, grains, walls, grid, start, skin):
         """Find all pairs and wall contacts that may touch before grains have moved by the skin. Owned rows are in the order
-        of the grid's cells, of which ``start`` tells where they begin. ``attach`` or ``carry_over`` has to follow.
-
-        Returns:
-            The list as it was before, for ``carry_over``.
-        """
-        before = _Listed(
-            self.first, self.second, self.wall_grain, self.wall_key, self.start, self.touched, self.incidence, self.slot
-        )
-        self._stores, self._spares = self._spares, self._stores  # what it stands in is kept until the next rebuild
+        of the grid's cells, of which ``start`` tells where they begin. ``attach`` or ``carry_over`` has to follow."""
         self._build_pairs(grains, grid, start, skin)
         self._build_wall_contacts(grains, walls, skin)
         self._ids = grains.view("id", ghosts=True)
@@ -135,7 +142,6 @@ class Contacts:
         self.incidence = self._array("incidence", np.uint32, self.start[-1])
         self.slot = self._array("slot", np.uint32, self.n_pairs + len(self.wall_grain))
         self.slot[:], self.computed = 0, False
-        return before
 
     def _build_pairs(self, grains, grid, start, skin):
         place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
@@ -177,22 +183,20 @@ class Contacts:
         history_kernels.attach_rows(grains.n, *self._partners(), *lists, *rows, self.slot, self.history)
         self.changed, self.out[:, 0] = np.ones(grains.n + grains.n_ghost, dtype=np.uint8), 0.0
 
-    def carry_over(self, order, before):
-        """Give the new contacts what the list ``before`` knows of them: columns stay what they were. All grains are owned, and
-        new row i was row ``order[i]``."""
+    def carry_over(self, order, known):
+        """Give the new contacts what is ``Remembered`` of them: columns stay what they were. All grains are owned, and new row i
+        was row ``order[i]``."""
         self._make_columns(len(self.slot))
         new_row = np.empty(len(order), dtype=np.uint32)
         new_row[order] = np.arange(len(order), dtype=np.uint32)
-        moved, old_pairs = self.scratch[: len(before.slot)], len(before.first)  # there are more columns than contacts
-        old = (before.first, before.second, before.slot)
-        history_kernels.find_pairs_again(old_pairs, new_row, *old, self._offsets, self.first, self.second, self.slot, moved)
-        at_walls = (self._wall_begin, self.wall_grain, self.slot[self.n_pairs :], moved[old_pairs:])
-        history_kernels.find_walls_again(new_row, before.wall_grain, before.wall_key, before.slot[old_pairs:], *at_walls)
-        moved[old_pairs:][moved[old_pairs:] != history_kernels.GONE] += np.uint32(self.n_pairs)
-        lists = (before.start, before.touched, before.incidence, self.start, self.touched, self.incidence)
-        history_kernels.carry_order(order, moved, *lists)
+        pairs = (self._offsets, self.first, self.second)
+        history_kernels.find_pairs_again(known.n_pairs, known.rows, new_row, *pairs, self.slot, known.moved)
+        at_walls = (self._wall_begin, self.wall_grain, self.n_pairs)
+        history_kernels.find_walls_again(known.n_pairs, known.count, known.rows, new_row, *at_walls, self.slot, known.moved)
+        lists = (self.start, self.touched, self.incidence)
+        history_kernels.carry_order(order, known.moved, known.begin, known.entries, *lists)
         self._fill_incidence(len(order))
-        self.changed, self.out[:, 0] = np.zeros(len(order), dtype=np.uint8), 0.0
+        self.changed, self.out[:, 0], self._offsets = np.zeros(len(order), dtype=np.uint8), 0.0, None
 
     def _fill_incidence(self, n_owned):
         pairs = (self.first, self.second, self.wall_grain)
