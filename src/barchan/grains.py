@@ -4,6 +4,7 @@ from keyword import iskeyword
 
 import numpy as np
 
+from barchan import memory
 from barchan.errors import SceneError
 from barchan.fields import DERIVED, PHYSICAL, TABLE, Field, block_layout
 from barchan.words import check_dimension, shown
@@ -145,7 +146,9 @@ class Grains:
 
     def _empty(self, block, capacity):
         dtype, columns = self._layout[block]
-        return np.zeros((capacity, columns) if columns > 1 else capacity, dtype=dtype)
+        rows = memory.empty((capacity, columns) if columns > 1 else (capacity,), dtype)
+        rows[...] = 0
+        return rows
 
     def reserve(self, rows):
         """Make room for ``rows`` rows in all."""

@@ -13,6 +13,7 @@ from barchan.measure.base import full_step
 from barchan.simulation import Simulation
 from barchan.version import VERSION
 from barchan.walls import Plane
+from barchan.warmup import compile_law
 
 #: The laws that compute what LAMMPS does.
 LAWS = {"hooke": "linear_standard", "hertz": "hertz_standard"}
@@ -37,6 +38,7 @@ class Engine:
         self.sim = None  # the memory of one simulation, not of two
         grains, material = case.grains, Material("grain", **case.constants._asdict())
         law = SHIPPED[LAWS[case.law]]
+        compile_law(law, [material])  # or the first steps and the first rebuild would be timed with it
         sim = Simulation(Box(case.low, case.high, case.periodic), law, material, case.dt, case.gravity, self.threads)
         sim.skin, sim.max_overlap = skin * case.diameter, 0.9  # other codes have no such limit; one case is as soft as that
         if case.floor is not None:
