@@ -135,7 +135,7 @@ class Simulation(Assembly):
             self.contacts.attach(self.grains, self._rows.take(order))
         else:
             self.contacts.carry_over(order, known)
-        self.staleness.remember(self.step_number, self.grains.block("place"))
+        self.staleness.remember(self.step_number, self.grains.view("position"))
         self._walls_then = [wall.point.copy() for wall in self.walls]
         self._listed, self._rows = True, None
 

@@ -143,6 +143,23 @@ class TestSameBits:
         assert_same(plain(law), results[0])
 
 
+def test_rebuilds_before_the_first_step_after_resume(tmp_path):
+    """A restored list knows its memory before any force was computed with it."""
+    law = bc.laws.SHIPPED["hertz"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        whole, resumed = states.dense(law), states.empty(law)
+        whole.run(20)
+        save(whole, tmp_path / "c.h5")
+        restore(resumed, tmp_path / "c.h5")
+        resumed.prepare()
+        resumed.rebuild()
+        resumed.rebuild()
+        for sim in (whole, resumed):
+            sim.run(20)
+    assert_same(collect(whole), collect(resumed))
+
+
 def test_changes_between_runs_on_ranks_and_after_resume(tmp_path):
     """Adding, removing, freezing and writing into fields between runs: the same on 1 and 3 ranks, saved in between or not."""
     law = bc.laws.hertz_mindlin

@@ -75,7 +75,7 @@ class Contacts:
         self.first = self.second = np.zeros(0, dtype=np.uint32)
         self.wall_grain = self.wall_material = np.zeros(0, dtype=np.uint32)
         self.wall_key = np.zeros(0, dtype=np.int64)
-        self.start, self.incidence = np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.uint32)
+        self.start, self.incidence = np.zeros(1, dtype=np.uint32), np.zeros(0, dtype=np.uint32)
         self.touched, self.changed = np.zeros(0, dtype=np.uint32), np.zeros(0, dtype=np.uint8)
         self.slot, self.surface = np.zeros(0, dtype=np.uint32), np.zeros((11, 0))
         self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
@@ -119,12 +119,8 @@ class Contacts:
         """What has to be remembered of this list for ``carry_over``. It lies where the forces of the step before were, which are
         needed no more; the list itself is worth nothing afterwards."""
         self._order_incidence()
-        columns, scratch = self.out.shape[1], self.out.reshape(-1).view(np.uint32)
-        rows, entries, moved = (
-            scratch[: 3 * columns].reshape(3, columns),
-            scratch[3 * columns : 5 * columns],
-            scratch[5 * columns :],
-        )
+        room = self.out.view(np.uint32)  # two numbers for each column
+        rows, entries, moved = room[:3], room[3], room[4]
         contacts = (self.first, self.second, self.wall_grain, self.wall_key)
         n_pairs, count = history_kernels.list_touching(*contacts, self.slot, rows)
         begin = np.zeros(len(self.touched) + 1, dtype=np.uint32)
@@ -138,7 +134,7 @@ class Contacts:
         self._build_pairs(grains, grid, start, skin)
         self._build_wall_contacts(grains, walls, skin)
         self._ids = grains.view("id", ghosts=True)
-        self.start, self.touched = np.empty(grains.n + 1, dtype=np.int64), np.zeros(grains.n, dtype=np.uint32)
+        self.start, self.touched = np.empty(grains.n + 1, dtype=np.uint32), np.zeros(grains.n, dtype=np.uint32)
         incidence_kernels.count_incidence(grains.n, self.first, self.second, self.wall_grain, self.start)
         self.incidence = self._array("incidence", np.uint32, self.start[-1])
         self.slot = self._array("slot", np.uint32, self.n_pairs + len(self.wall_grain))
