@@ -212,12 +212,14 @@ class Simulation(Assembly):
     def _leap(self, end):
         """The next steps, up to step ``end``, in one call of compiled code: where calls of Python would take longer than all the
         rest. Returns what ``step`` needs to finish one that was begun, or None."""
-        most, watch = stepping.steps_ahead(self, end), self.staleness
-        if most < 2 or not self._listed or self._fault or self.stop_requested or use_threads(self.threads, self.grains.n) > 1:
+        most, watch, gravity = stepping.steps_ahead(self, end), self.staleness, self._gravity
+        waits = callable(gravity.value) or not self._listed or self._fault or self.stop_requested
+        if most < 2 or waits or use_threads(self.threads, self.grains.n) > 1:
             return None
         self.clock.start()
         self._in_step = True
-        done = stepping.advance(self, most, self._loops, self._setting(self.dt), self._list_skin, self._walls_then)
+        setting, then = self._setting(self.dt), (self._list_skin, self._walls_then)
+        done = stepping.advance(self, most, self._loops, setting, gravity.at(self.time), *then)
         self.step_number, self.time = self.step_number + done.done, done.time
         watch.take(done.approach, done.quickest, self._list_skin, self.dt)
         self.touching = done.touching if done.done else self.touching

@@ -5,6 +5,8 @@ from math import inf
 import numpy as np
 
 from barchan.kernels.steps import Bodies, Planes, Progress, Rules, Then
+from barchan.report import ProgressLine
+from barchan.triggers import At, Every
 from barchan.walls import Plane
 
 #: Grains times steps in one call: 40 to 80 ms, after which Python looks whether somebody wants to stop.
@@ -13,7 +15,7 @@ MOST_WORK = 1_000_000
 
 def steps_ahead(sim, end):
     """Number of steps, up to step ``end``, in which nothing happens but motion and forces of grains and flat walls."""
-    alone = sim.comm.size == 1 and sim.staleness.also_when is None and not callable(sim.gravity)
+    alone = sim.comm.size == 1 and sim.staleness.also_when is None
     if not alone or any(type(wall) is not Plane for wall in sim.walls):
         return 0
     due = min((_next_due(one, sim.step_number) for one in (*sim.actions, *sim.writers)), default=inf)
@@ -21,17 +23,20 @@ def steps_ahead(sim, end):
 
 
 def _next_due(one, step):
-    """The step after ``step`` at which an action or a writer is due; the very next one unless it can tell."""
-    tell = getattr(one, "next_due", None) or getattr(one.due, "after", None)
-    return tell(step) if tell else step + 1
+    """The step after ``step`` at which an action or a writer is due; the very next one unless it can tell. A user's own
+    trigger, also one made from ours, has to be asked in every step."""
+    if type(one.due) in (Every, At):
+        return one.due.after(step)
+    return one.next_due(step) if isinstance(one, ProgressLine) else step + 1
 
 
-def advance(sim, most, loops, setting, skin, walls_then):
+def advance(sim, most, loops, setting, gravity, skin, walls_then):
     """At most ``most`` steps of ``sim``. Grains, contacts and walls are modified, counters are not.
 
     Args:
         loops: compiled ``Loops`` of the law.
         setting: a ``Setting``.
+        gravity: three numbers [length/time^2].
         skin: of the list [length].
         walls_then: points of the walls at the rebuild.
 
@@ -49,7 +54,7 @@ def advance(sim, most, loops, setting, skin, walls_then):
         frame.low,
         frame.length,
         frame.half,
-        np.array(sim.present_gravity),
+        np.array(gravity),
         *(float(number) for number in (setting.dt, setting.allowed_overlap, setting.max_overlap)),
         float(max((wall.speed for wall in walls), default=0.0)),
         watch.allowed(skin),

@@ -7,6 +7,7 @@ import pytest
 import states
 
 import barchan as bc
+from barchan import stepping
 from barchan.checkpoint import Checkpoints, all_checkpoints, collect, restore, save
 from barchan.compare import differences
 from barchan.errors import CheckpointError, RankError, SceneError
@@ -86,6 +87,39 @@ def cut(*parts, ranks=1):
 def test_actions_and_looking_writers_give_the_same_bits_however_the_run_is_cut(how):
     parts, ranks = how
     assert differences(cut(40), cut(*parts, ranks=ranks)) == []
+
+
+class Odd(bc.Every):
+    """A user's trigger, made from ours."""
+
+    def __call__(self, step):
+        return step % 7 == 3
+
+
+@pytest.mark.parametrize(
+    ("triggers", "leaps"),
+    [([bc.Every(13, start=2), bc.At(50)], True), ([Odd(5)], False), ([lambda step: step in (20, 41)], False)],
+    ids=["ours", "made from ours", "a function"],
+)
+def test_many_steps_in_one_call_leave_out_no_action(triggers, leaps, monkeypatch):
+    """Gravity that an action sets counts from the next run on, in one call or step by step."""
+
+    def final():
+        sim = states.dense(LAW, threads=1)
+        sim.gravity = (3.0, 0.3, -1.0)
+        for due in triggers:
+            action = Doing((), lambda s: (halve(s), setattr(s, "gravity", (0.0, 0.0, -2.0))))
+            action.due = due
+            sim.actions.append(action)
+        sim.run(40)
+        sim.run(30)
+        return sim
+
+    at_once = final()
+    monkeypatch.setattr(stepping, "steps_ahead", lambda sim, end: 0)
+    singly = final()
+    assert ("steps" in at_once.clock.seconds, "steps" in singly.clock.seconds) == (leaps, False)
+    assert differences(collect(at_once), collect(singly)) == []
 
 
 def test_a_writer_sees_the_state_of_its_step():
