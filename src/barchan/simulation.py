@@ -16,6 +16,7 @@ from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
+from barchan.kernels.steps import Progress
 from barchan.neighbors.contacts import Setting
 from barchan.neighbors.staleness import Staleness
 from barchan.parallel.ghosts import Ghosts
@@ -219,12 +220,16 @@ class Simulation(Assembly):
         self.clock.start()
         self._in_step = True
         setting, then = self._setting(self.dt), (self._list_skin, self._walls_then)
-        done = stepping.advance(self, most, self._loops, setting, gravity.at(self.time), *then)
-        self.step_number, self.time = self.step_number + done.done, done.time
-        watch.take(done.approach, done.quickest, self._list_skin, self.dt)
-        self.touching = done.touching if done.done else self.touching
-        self._note_faults(done.large, done.too_large, done.not_finite, depth=4)
-        self._in_step = False
+        told = np.array([0.0, 0.0, 0.0, 0.0, self.time, watch.approach, *5 * [0.0]])
+        try:
+            stepping.advance(self, most, self._loops, setting, gravity.at(self.time), *then, told)
+        finally:  # also when Ctrl-C came meanwhile: what was done is known
+            done = Progress.read(told)
+            self.step_number, self.time = self.step_number + done.done, done.time
+            watch.take(done.approach, done.quickest, self._list_skin, self.dt)
+            self.touching = done.touching if done.done else self.touching
+            self._in_step = bool(done.begun)
+            self._note_faults(done.large, done.too_large, done.not_finite, depth=4)
         self.clock.lap("steps")
         return (done.fastest, done.bad) if done.begun else None
 

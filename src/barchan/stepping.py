@@ -4,7 +4,7 @@ from math import inf
 
 import numpy as np
 
-from barchan.kernels.steps import Bodies, Planes, Progress, Rules, Then
+from barchan.kernels.steps import Bodies, Planes, Rules, Then
 from barchan.report import ProgressLine
 from barchan.triggers import At, Every
 from barchan.walls import Plane
@@ -30,7 +30,7 @@ def _next_due(one, step):
     return one.next_due(step) if isinstance(one, ProgressLine) else step + 1
 
 
-def advance(sim, most, loops, setting, gravity, skin, walls_then):
+def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
     """At most ``most`` steps of ``sim``. Grains, contacts and walls are modified, counters are not.
 
     Args:
@@ -39,9 +39,7 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then):
         gravity: three numbers [length/time^2].
         skin: of the list [length].
         walls_then: points of the walls at the rebuild.
-
-    Returns:
-        ``Progress``.
+        told: becomes what ``Progress`` reads, whatever interrupts this.
     """
     walls, grains, watch, frame = sim.walls, sim.grains, sim.staleness, setting.frame
     bodies = Bodies(*(grains.block(name) for name in Bodies._fields))
@@ -63,7 +61,8 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then):
     planes = Planes(point, normal, velocity, sim.contacts.surface)
     then = Then(watch.reference, np.array(walls_then).reshape(-1, 3))
     begin = (most, float(sim.time), float(watch.approach))
-    progress = Progress(*sim.contacts.advance(loops, begin, bodies, (planes, then), rules))
-    for wall, moved in zip(walls, point):
-        wall.move_to(moved)
-    return progress
+    try:
+        sim.contacts.advance(loops, begin, bodies, (planes, then), rules, told)
+    finally:
+        for wall, moved in zip(walls, point):
+            wall.move_to(moved)

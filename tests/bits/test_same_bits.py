@@ -102,23 +102,38 @@ class TestSameBits:
         assert_same(plain(law), collect(sim))
 
     @pytest.mark.parametrize("skin", [0.02, None], ids=["many rebuilds", "few rebuilds"])
-    def test_many_steps_in_one_call(self, law, skin):
-        """As they are made for few grains under constant gravity, and one by one."""
+    def test_many_steps_in_one_call(self, law, skin, tmp_path):
+        """As they are made for few grains under constant gravity, on one thread and one rank: the same bits as one by one, after
+        a stop, on two threads and on three ranks."""
 
-        def falling():
-            sim = states.dense(law, threads=1)
+        def falling(threads=1, sim=None):
+            sim = sim or states.dense(law, threads=threads)
             sim.gravity, sim.skin = (3.0, 0.3, -1.0), skin
             return sim
 
-        at_once, singly = falling(), falling()
+        def on_ranks():
+            sim = falling()
+            sim.run(STEPS)
+            return collect(sim)
+
+        at_once, singly, two_threads = falling(), falling(), falling(threads=2)
+        resumed = falling(sim=states.empty(law, threads=1))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            at_once.run(STEPS)
+            at_once.run(STEPS // 2)
+            save(at_once, tmp_path / "middle.h5")
+            at_once.run(STEPS - STEPS // 2)
             for _ in range(STEPS):
                 singly.run(1)
-        assert "steps" in at_once.clock.seconds and "steps" not in singly.clock.seconds
+            restore(resumed, tmp_path / "middle.h5")
+            resumed.run(STEPS - STEPS // 2)
+            two_threads.run(STEPS)
+            ranks = virtual_ranks(3, on_ranks)
+        made_at_once = ["steps" in sim.clock.seconds for sim in (at_once, resumed, singly, two_threads)]
+        assert made_at_once == [True, True, False, False]
         assert at_once.staleness.rebuilds == singly.staleness.rebuilds > 0
-        assert_same(collect(at_once), collect(singly))
+        for other in (collect(singly), collect(resumed), collect(two_threads), ranks[0]):
+            assert_same(collect(at_once), other)
 
     @pytest.mark.parametrize("ranks", [(1, 1), (1, 4), (3, 1), (2, 3)], ids=lambda r: f"{r[0]}-then-{r[1]}-ranks")
     def test_stop_and_resume(self, law, ranks, plain, tmp_path):
@@ -141,6 +156,31 @@ class TestSameBits:
             virtual_ranks(ranks[0], first_half)
             results = virtual_ranks(ranks[1], second_half)
         assert_same(plain(law), results[0])
+
+
+@pytest.mark.parametrize("steps", [6, 7], ids=["even", "odd"])
+def test_ctrl_c_while_many_steps_are_made_in_one_call(steps, monkeypatch):
+    """It is raised as soon as the compiled code returns: what was done is known, and the run goes on with the same bits."""
+    whole, stopped = (states.dense(bc.laws.SHIPPED["hertz"], threads=1) for _ in range(2))
+    for sim in (whole, stopped):
+        sim.gravity = (3.0, 0.3, -1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        whole.run(40)
+        stopped.prepare()
+        right = stopped._loops
+
+        def interrupted(most, *arguments):
+            right.advance(steps, *arguments)
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(stopped, "_loops", right._replace(advance=interrupted))
+        with pytest.raises(KeyboardInterrupt):
+            stopped.run(40)
+        monkeypatch.setattr(stopped, "_loops", right)
+        assert stopped.step_number == steps
+        stopped.run(40 - steps)
+    assert_same(collect(whole), collect(stopped))
 
 
 def test_rebuilds_before_the_first_step_after_resume(tmp_path):

@@ -78,6 +78,18 @@ def add_run(c, last, start, least, listed, runs, count):
 
 
 @helper
+def add_line(line, x0, x1, nx, start, least, listed, runs, count):
+    """Append the rows of the cells ``x0`` to ``x1`` of a line of ``nx`` cells that begins with cell ``line``. What lies beyond
+    one end is at the other end of the period."""
+    count = add_run(line + max(x0, 0), line + min(x1, nx - 1), start, least, listed, runs, count)
+    if x0 < 0:
+        count = add_run(line + x0 + nx, line + nx - 1, start, least, listed, runs, count)
+    if x1 >= nx:
+        count = add_run(line, line + x1 - nx, start, least, listed, runs, count)
+    return count
+
+
+@helper
 def list_runs(c, start, ghost_start, has_ghosts, grid, runs):
     """Write the runs of rows around cell ``c`` that come after its first row, and those of ghosts, into ``runs``: first row, last
     row + 1, whether they are ghosts; returns how many there are. Cells in a line along x hold one run of rows."""
@@ -86,20 +98,13 @@ def list_runs(c, start, ghost_start, has_ghosts, grid, runs):
     x0, x1 = neighbour_range(cx, nx, int(grid[STENCIL, 0]), grid[WRAPS, 0])
     y0, y1 = neighbour_range(cy, ny, int(grid[STENCIL, 1]), grid[WRAPS, 1])
     z0, z1 = neighbour_range(cz, nz, int(grid[STENCIL, 2]), grid[WRAPS, 2])
-    x0, x1 = cx + x0, cx + x1
     count = np.uint64(0)
     for sz in range(z0, z1 + 1):
         for sy in range(y0, y1 + 1):
             line = (wrapped(cz + sz, nz) * ny + wrapped(cy + sy, ny)) * nx
-            count = add_run(line + max(x0, 0), line + min(x1, nx - 1), start, start[c], 0, runs, count)
-            if x0 < 0 or x1 >= nx:  # the rest lies at the other end of the period
-                begin, end = (x0 + nx, nx - 1) if x0 < 0 else (0, x1 - nx)
-                count = add_run(line + begin, line + end, start, start[c], 0, runs, count)
+            count = add_line(line, cx + x0, cx + x1, nx, start, start[c], 0, runs, count)
             if has_ghosts:
-                count = add_run(line + max(x0, 0), line + min(x1, nx - 1), ghost_start, ghost_start[0], 1, runs, count)
-                if x0 < 0 or x1 >= nx:
-                    begin, end = (x0 + nx, nx - 1) if x0 < 0 else (0, x1 - nx)
-                    count = add_run(line + begin, line + end, ghost_start, ghost_start[0], 1, runs, count)
+                count = add_line(line, cx + x0, cx + x1, nx, ghost_start, ghost_start[0], 1, runs, count)
     return count
 
 

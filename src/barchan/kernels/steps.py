@@ -1,5 +1,5 @@
 """Many steps in one call: for scenes so small that calling compiled code from Python would cost more than what it does (100
-grains: 60 us a step, 6 in here). The text is part of the module that ``generate.py`` writes for a law; it runs every loop on
+grains: 60 us a step, 4 in here). The text is part of the module that ``generate.py`` writes for a law; it runs every loop on
 one thread, in the order in which ``Simulation.step`` does."""
 
 from typing import NamedTuple
@@ -49,7 +49,7 @@ class Rooms(NamedTuple):
 
 
 class Then(NamedTuple):
-    """Where grains, (n, 4), and walls, (walls, 3), were at the rebuild."""
+    """Where grains, (n, 3), and walls, (walls, 3), were at the rebuild."""
 
     place: np.ndarray
     point: np.ndarray
@@ -90,7 +90,7 @@ class Progress(NamedTuple):
     """
 
     done: int
-    begun: bool
+    begun: int
     fastest: float
     bad: int
     time: float
@@ -101,6 +101,11 @@ class Progress(NamedTuple):
     too_large: int
     not_finite: int
 
+    @classmethod
+    def read(cls, told):
+        """What ``advance`` wrote into ``told``, an array of as many numbers."""
+        return cls(*(int(value) if kind is int else value for kind, value in zip(cls.__annotations__.values(), told.tolist())))
+
 
 STEPS = '''
 barchan_pair_forces = on_one_thread(pair_forces)
@@ -108,10 +113,11 @@ barchan_wall_forces = on_one_thread(wall_forces)
 
 
 @kernel()
-def barchan_advance(most, time, approach, bodies, lists, history, kept, out, planes, then, rooms, rules):
-    """At most ``most`` steps; all arrays that a step writes are modified. ``history`` and ``kept`` have changed places after an
-    odd number of whole steps. Ends before the forces of a step in which the list may be stale or a grain is bad, and after
-    one with something to tell of."""
+def barchan_advance(most, time, approach, bodies, lists, history, kept, out, planes, then, rooms, rules, told):
+    """At most ``most`` steps; all arrays that a step writes are modified, and ``told`` becomes what ``Progress`` reads: written,
+    not returned, since a signal that came meanwhile is raised before Python has taken what is returned. ``history`` and
+    ``kept`` have changed places after an odd number of whole steps. Ends before the forces of a step in which the list may be
+    stale or a grain is bad, and after one with something to tell of."""
     place, motion, spin, force, torque = bodies.place, bodies.motion, bodies.spin, bodies.force, bodies.torque
     first, second, slot = lists.first, lists.second, lists.slot
     dt, n_owned, n_pairs = rules.dt, barchan_np.uint32(force.shape[0]), barchan_np.uint64(first.shape[0])
@@ -152,5 +158,6 @@ def barchan_advance(most, time, approach, bodies, lists, history, kept, out, pla
                                            rules.gravity, force, torque)
         total += large
         done += 1
-    return done, begun, fastest, bad, time, approach, quickest, touching, total, too_large, not_finite
+    told[0], told[1], told[2], told[3], told[4] = done, begun, fastest, bad, time
+    told[5], told[6], told[7], told[8], told[9], told[10] = approach, quickest, touching, total, too_large, not_finite
 '''

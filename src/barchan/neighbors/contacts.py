@@ -249,27 +249,26 @@ class Contacts:
         self.history, self._kept, self.computed = self._kept, self.history, True
         return counts
 
-    def advance(self, loops, begin, bodies, walls, rules):
+    def advance(self, loops, begin, bodies, walls, rules, told):
         """Many steps at once.
 
         Args:
             loops: compiled ``Loops`` of the law.
             begin: largest number of steps, time, bound on the approach of surfaces since the rebuild.
             bodies, walls, rules: as ``kernels.steps`` has them, walls as (planes, where all were then); modified.
-
-        Returns:
-            What ``kernels.steps.Progress`` holds.
+            told: becomes what ``kernels.steps.Progress`` reads, whatever interrupts this.
         """
         lists = Lists(
             *(self.first, self.second, self._ids, self.wall_key, self.slot, self.start, self.touched, self.incidence),
             *(self.changed, self.wall_grain, self.wall_material, self._wall_begin),
         )
         rooms = Rooms(*block_rooms(self.n_pairs), *self._order_rooms())
-        progress = loops.advance(*begin, bodies, lists, self.history, self._kept, self.out, *walls, rooms, rules)
-        if progress[0] % 2:
-            self.history, self._kept = self._kept, self.history
-        self.computed = self.computed or progress[0] > 0
-        return progress
+        try:
+            loops.advance(*begin, bodies, lists, self.history, self._kept, self.out, *walls, rooms, rules, told)
+        finally:
+            if told[0] % 2:
+                self.history, self._kept = self._kept, self.history
+            self.computed = self.computed or told[0] > 0
 
     def forces(self, some):
         """Forces on the first grains of ``some`` contacts, a slice, (3, k); 0 for those that do not touch."""
