@@ -22,7 +22,7 @@ class Grains:
     """
 
     def __init__(self, table=TABLE):
-        self.__dict__.update(table=tuple(table), n=0, n_ghost=0, _capacity=0, _handed_out={})
+        self.__dict__.update(table=tuple(table), n=0, n_ghost=0, _capacity=0, _room=np.zeros(0), _handed_out={})
         self.__dict__["_layout"] = block_layout(self.table)
         self.__dict__["_fields"] = {field.name: field for field in self.table}
         self.__dict__["_blocks"] = {name: self._empty(name, 0) for name in self._layout}
@@ -182,10 +182,20 @@ class Grains:
             self.n += count
 
     def keep(self, rows):
-        """Keep the owned rows given, in that order, and nothing else."""
+        """Keep the owned rows given, in that order, and nothing else. Writes over the ``room``."""
+        rows = rows.astype(np.intp)
         for block in self._blocks.values():
-            block[: len(rows)] = np.take(block, rows, axis=0)
+            ordered = self.room(len(rows) * max(1, block[:1].nbytes // 8 + 1))
+            ordered = ordered.view(block.dtype)[: len(rows) * block[:1].size].reshape(-1, *block.shape[1:])
+            np.take(block, rows, axis=0, out=ordered, mode="clip")  # "raise" would make a copy of its own
+            block[: len(rows)] = ordered
         self.n, self.n_ghost = len(rows), 0
+
+    def room(self, count):
+        """Memory for ``count`` numbers (float64), for what has to last no longer than to the next ``keep``."""
+        if len(self._room) < count:
+            self._room = memory.empty((count + count // 10,))
+        return self._room[:count]
 
     def drop_ghosts(self):
         """Forget all ghosts."""

@@ -136,7 +136,7 @@ class Simulation(Assembly):
             self.contacts.attach(self.grains, self._rows.take(order))
         else:
             self.contacts.carry_over(order, known)
-        self.staleness.remember(self.step_number, self.grains.view("position"))
+        self.staleness.remember(self.step_number)
         self._walls_then = [wall.point.copy() for wall in self.walls]
         self._listed, self._rows = True, None
 
@@ -279,7 +279,7 @@ class Simulation(Assembly):
     def _measure_approach(self):
         """The bounds on what may have approached, from the displacements of all grains and walls on all ranks."""
         frame = self.box.frame
-        *largest, square = integrate.displacements(self.grains.block("place"), self.staleness.reference, frame.length, frame.half)
+        *largest, square = integrate.displacements(self.grains.block("place"), self.contacts.seen, frame.length, frame.half)
         for wall, then in zip(self.walls, self._walls_then):
             travel = wall.point - then
             largest = np.maximum(largest, np.stack([travel, -travel], axis=1).ravel())

@@ -59,7 +59,7 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
         sim.large_overlaps > 0,
     )
     planes = Planes(point, normal, velocity, sim.contacts.surface)
-    then = Then(watch.reference, np.array(walls_then).reshape(-1, 3))
+    then = Then(sim.contacts.seen, np.array(walls_then).reshape(-1, 3))
     begin = (most, float(sim.time), float(watch.approach))
     try:
         sim.contacts.advance(loops, begin, bodies, (planes, then), rules, told)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scenes import NOTHING, simulation
 
 import barchan as bc
+from barchan.kernels import cells
 from barchan.parallel import virtual_ranks, world
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
@@ -91,13 +92,15 @@ def test_the_list_holds_exactly_the_pairs_within_the_skin(ranks, scene):
 
 @pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("axis", range(3), ids="xyz")
-@pytest.mark.parametrize("edge", [SHORTEST, 2.6, 3.0, 3.6, 4.7])
-def test_no_pair_is_missed_across_the_end_of_a_period(edge, axis, ranks):
+@pytest.mark.parametrize("edge", [SHORTEST, 2.6, 3.0, 3.6, 4.7, 9.5])
+def test_no_pair_is_missed_across_the_end_of_a_period(edge, axis, ranks, monkeypatch):
     """Crowded boxes, in which hardly a pair of neighbouring cells has no pair of grains: a run of cells that is cut off too early
-    at the end of a period shows (scenes drawn at random are too empty for that)."""
+    at the end of a period shows (scenes drawn at random are too empty for that). So does a wrong number of a cell in a box so
+    wide that it has several strips: here of 4 lines, the last of 1 or 2."""
+    monkeypatch.setattr(cells, "LAYER", 1.0)
     for seed in range(4):
         rng = np.random.default_rng(seed)
-        edges, count, skin = np.full(3, 2.3), 120, 0.2
+        edges, count, skin = np.full(3, 2.3), int(52 * edge), 0.2
         edges[axis] = edge
         scene = {"box": bc.Box((0, 0, 0), edges * (1.0 + skin), (True, True, True)), "skin": skin, "radius": np.full(count, 0.5)}
         scene |= {"position": rng.random((count, 3)) * scene["box"].length, "velocity": np.zeros((count, 3))}

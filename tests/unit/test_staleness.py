@@ -70,14 +70,14 @@ def test_a_grain_of_another_rank_makes_the_list_stale_too():
 def test_intervals_and_the_bound_of_equation_13_are_remembered():
     watch = Staleness()
     for step in (0, 7, 7, 10):  # a rebuild without a step in between is no interval
-        watch.remember(step, np.zeros((1, 3)))
+        watch.remember(step)
     assert (watch.rebuilds, watch.shortest, watch.total) == (2, 3, 10)
     watch.advance(2.0, skin=0.1, dt=0.01)
     watch.advance(1.0, skin=0.1, dt=0.01)
     watch.advance(0.0, skin=0.1, dt=0.01)
     assert watch.bound_13 == pytest.approx(2.5), "skin / (2 v dt) of the fastest"
     assert watch.approach == pytest.approx(0.06), "twice the ways of the fastest"
-    watch.remember(11, np.zeros((1, 3)))
+    watch.remember(11)
     assert watch.approach == 0.0, "a new list begins a new count"
 
 

@@ -59,8 +59,8 @@ kick_drift_wrap_alone = on_one_thread(kick_drift_wrap)
 
 
 @kernel(parallel=True)
-def displacements(place, reference, length, half):
-    """Displacements since the rebuild: the largest along x, -x, y, -y, z, -z, and the square of the largest."""
+def displacements(place, seen, length, half):
+    """Displacements since the grains were ``seen``: the largest along x, -x, y, -y, z, -z, and the square of the largest."""
     east = -1e300
     west = -1e300
     north = -1e300
@@ -69,9 +69,9 @@ def displacements(place, reference, length, half):
     down = -1e300
     farthest = 0.0
     for i in prange(place.shape[0]):
-        dx = nearest(place[i, 0] - reference[i, 0], length[0], half[0])
-        dy = nearest(place[i, 1] - reference[i, 1], length[1], half[1])
-        dz = nearest(place[i, 2] - reference[i, 2], length[2], half[2])
+        dx = nearest(place[i, 0] - seen[0, i], length[0], half[0])
+        dy = nearest(place[i, 1] - seen[1, i], length[1], half[1])
+        dz = nearest(place[i, 2] - seen[2, i], length[2], half[2])
         east = max(east, dx)
         west = max(west, -dx)
         north = max(north, dy)
@@ -86,9 +86,9 @@ displacements_alone = on_one_thread(displacements)
 
 
 @helper
-def measured_approach(place, place_then, point, point_then, length, half):
+def measured_approach(place, seen, point, point_then, length, half):
     """Bound on the approach of two surfaces, grains or walls, since they were where they were then; see ``Staleness``."""
-    east, west, north, south, up, down, farthest = displacements_alone(place, place_then, length, half)
+    east, west, north, south, up, down, farthest = displacements_alone(place, seen, length, half)
     for w in range(point.shape[0]):
         x, y, z = point[w, 0] - point_then[w, 0], point[w, 1] - point_then[w, 1], point[w, 2] - point_then[w, 2]
         east, west, north, south = max(east, x), max(west, -x), max(north, y), max(south, -y)

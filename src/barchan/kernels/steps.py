@@ -49,9 +49,9 @@ class Rooms(NamedTuple):
 
 
 class Then(NamedTuple):
-    """Where grains, (n, 3), and walls, (walls, 3), were at the rebuild."""
+    """Where grains, (4, ...) by coordinate, and walls, (walls, 3), were at the rebuild."""
 
-    place: np.ndarray
+    seen: np.ndarray
     point: np.ndarray
 
 
@@ -132,7 +132,7 @@ def barchan_advance(most, time, approach, bodies, lists, history, kept, out, pla
         speed = max(barchan_sqrt(fastest), rules.wall_speed)
         nearer = approach + 2.0 * speed * dt
         if nearer > rules.skin:
-            nearer = barchan_approach(place, then.place, planes.point, then.point, rules.length, rules.half)
+            nearer = barchan_approach(place, then.seen, planes.point, then.point, rules.length, rules.half)
         if bad or nearer > rules.skin:
             begun = True
             break

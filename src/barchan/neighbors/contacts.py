@@ -14,6 +14,7 @@ from barchan.kernels import incidence as incidence_kernels
 from barchan.kernels import pairs as pair_kernels
 from barchan.kernels.compiler import shares
 from barchan.kernels.gather import gather_forces
+from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import Lists, Rooms
 from barchan.kernels.template import block_rooms
 from barchan.neighbors.rows import ContactRows
@@ -56,6 +57,8 @@ class Contacts:
     """Candidates for contact of one rank.
 
     Attributes:
+        seen: (4, ...) coordinates and radii of the grains when the list was made, owned ones first, until the grains are ordered
+            anew.
         first, second: (pairs,) rows of the grains; the first has the smaller id.
         wall_grain, wall_key, wall_material: (wall contacts,) row of the grain, key and material of the wall.
         start, incidence: contacts of each owned grain i, ``incidence[start[i]:start[i + 1]]``, as 2 * contact + side.
@@ -72,6 +75,7 @@ class Contacts:
 
     def __init__(self, law):
         self.history_width, self.out_rows = law.history_width, 8 if law.lever == "lens" else 6
+        self.seen = np.zeros((4, 0))
         self.first = self.second = np.zeros(0, dtype=np.uint32)
         self.wall_grain = self.wall_material = np.zeros(0, dtype=np.uint32)
         self.wall_key = np.zeros(0, dtype=np.int64)
@@ -146,15 +150,17 @@ class Contacts:
         parts, counts = np.searchsorted(start, shares(grains.n)).astype(np.uint64), np.empty(grains.n, dtype=np.uint32)
         parts[-1] = grid.n_cells
         rooms = pair_kernels.rooms(len(parts) - 1)
-        search = (start, ghost_start, ghost_rows, place, frozen, grains.view("id", ghosts=True), skin, grid.table)
+        self.seen = grains.room(4 * (len(place) + LANES)).reshape(4, -1)
+        pair_kernels.see_places(place, ghost_rows, self.seen)
+        search = (start, ghost_start, ghost_rows, self.seen, frozen, grains.view("id", ghosts=True), skin, grid.table)
         while True:
-            room = int(self._pairs_per_grain * grains.n) + 64
+            room = int(self._pairs_per_grain * grains.n) + 2 * pair_kernels.BLOCK * (len(parts) - 1)
             bounds, ends = shares(room), np.empty(len(parts) - 1, dtype=np.uint64)
             first, second = (self._array(name, np.uint32, room) for name in ("first", "second"))
             pair_kernels.find_pairs(parts, bounds, *search, *rooms, first, second, counts, ends)
-            if (ends <= bounds[1:]).all():
+            if (ends + np.uint64(pair_kernels.BLOCK) <= bounds[1:]).all():
                 break
-            self._pairs_per_grain *= 1.05 * float(((ends - bounds[:-1]) / np.diff(bounds)).max())
+            self._pairs_per_grain = 1.05 * float((ends - bounds[:-1]).max()) * len(ends) / grains.n
         n_pairs = 0
         for begin, end in zip(bounds.tolist(), ends.tolist()):
             for rows in (first, second):

@@ -27,16 +27,14 @@ class Staleness:
         self.also_when = None
         self.rebuilds, self.bound_13, self.shortest, self.total = 0, np.inf, np.inf, 0
         self.last_step, self.approach = None, 0.0
-        self.reference = np.zeros((0, 3))
 
-    def remember(self, step, position):
-        """Note a rebuild at ``step`` with the grains at ``position``."""
+    def remember(self, step):
+        """Note a rebuild at ``step``."""
         if self.last_step is not None and step > self.last_step:
             self.shortest = min(self.shortest, step - self.last_step)
             self.total += step - self.last_step
             self.rebuilds += 1
         self.last_step, self.approach = step, 0.0
-        self.reference = position.copy()
 
     def restart(self):
         """Do not count the interval that ends with a change of the scene."""
