@@ -21,6 +21,7 @@ import numpy as np
 
 from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
+from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import STEPS
 from barchan.kernels.template import ARMS, BLOCK, MODULE, TINY
 
@@ -148,6 +149,7 @@ def module_text(law, uniform):
         law=law.name,
         tiny=repr(TINY),
         block=BLOCK,
+        lanes=LANES,
         function=sources.root,
         arm_first=arm_first,
         arm_second=arm_second,

@@ -108,7 +108,9 @@ def order_incidence(parts, changed, first, second, ids, wall_key, slot, start, t
             if changed[i] != 0:
                 begin = start[i]
                 end = touching_first(begin, start[i + 1], incidence, slot)
-                if end - begin <= room.shape[2]:
+                if end - begin < 2:
+                    pass
+                elif end - begin <= room.shape[2]:
                     sort_by_rank(i, begin, end, incidence, first, second, ids, wall_key, room[p])
                 else:
                     sort_by_insertion(i, begin, end, incidence, first, second, ids, wall_key)

@@ -42,7 +42,6 @@ class Rooms(NamedTuple):
 
     pairs: np.ndarray
     rows: np.ndarray
-    touches: np.ndarray
     branch: np.ndarray
     grains: np.ndarray
     keys: np.ndarray
@@ -141,7 +140,7 @@ def barchan_advance(most, time, approach, bodies, lists, history, kept, out, pla
         time += dt
         touching, large, too_large = barchan_pair_forces(
             rooms.pairs, first, second, n_owned, place, motion, spin, bodies.material, rules.n_materials, rules.table, slot,
-            history, kept, out, lists.changed, rooms.rows, rooms.touches, rooms.branch, rules.length, rules.half, dt,
+            history, kept, out, lists.changed, rooms.rows, rooms.branch, rules.length, rules.half, dt,
             rules.allowed_overlap, rules.max_overlap)
         if lists.wall_grain.shape[0] > 0:
             for w in range(planes.point.shape[0]):

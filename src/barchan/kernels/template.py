@@ -3,8 +3,8 @@
 ``barchan_contact`` takes and returns plain numbers only: a tuple inside the body of the parallel loop makes Numba suspect that
 arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Branches inside it become selects.
 
-``pair_forces`` works on blocks of candidates that stay in the cache: a vectorised loop finds the distances, a scalar one lists
-those that touch, a vectorised one computes these. A contact that touches gets a *column* of ``out`` and ``history``;
+``pair_forces`` works on blocks of candidates that stay in the cache: one loop finds the distances and lists those that touch,
+eight at a time, another, vectorised, computes these. A contact that touches gets a *column* of ``out`` and ``history``;
 ``slot`` says which. It depends on how the candidates are shared among threads; what stands in it does not. Grains whose
 contacts began or ended since the step before are marked in ``changed``.
 All indices are unsigned: a signed one may count from the end, and then the vectoriser gives up.
@@ -16,6 +16,7 @@ its arm times n x F_t (six rows instead of nine are a third less to write and re
 import numpy as np
 
 from barchan.kernels.compiler import shares
+from barchan.kernels.lanes import LANES
 
 #: Overlap of a contact that rounding puts on the edge of touching. Its square root and its square are ordinary numbers.
 TINY = 1e-100
@@ -31,12 +32,16 @@ from barchan.kernels.compiler import helper, kernel, on_one_thread, prange, wide
 from barchan.kernels.gather import gather_forces_alone as barchan_gather_forces
 from barchan.kernels.integrate import kick_drift_wrap_alone as barchan_kick_drift_wrap
 from barchan.kernels.integrate import measured_approach as barchan_approach
+from barchan.kernels.lanes import list_touching as barchan_list_touching
 from barchan.kernels.incidence import order_incidence_alone as barchan_order_incidence
 from barchan.kernels.planes import measure_plane_alone as barchan_measure_plane
 
 {functions}
 
 barchan_block = barchan_np.uint64({block})
+barchan_lanes = barchan_np.uint64({lanes})
+barchan_zero = barchan_np.uint64(0)
+barchan_none = barchan_zero, barchan_zero
 
 
 @helper
@@ -77,14 +82,14 @@ def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy
 
 @kernel(parallel=True)
 def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, kept, out, changed,
-                rows, touches, branch, box_length, box_half, dt, allowed_overlap, max_overlap):
+                rows, branch, box_length, box_half, dt, allowed_overlap, max_overlap):
     """Forces of all pairs of grains that touch. Thread p looks at the candidates ``parts[p]`` to ``parts[p + 1]``.
 
-    ``slot`` (old column in, new column out), ``kept`` (the new history), ``out`` and ``changed`` are modified; ``rows``,
-    ``touches`` and ``branch`` are room for a block of each thread. Returns (touching, above the allowed overlap, above the
+    ``slot`` (old column in, new column out), ``kept`` (the new history), ``out`` and ``changed`` are modified; ``rows`` and
+    ``branch`` are room for a block of each thread. Returns (touching, above the allowed overlap, above the
     largest); a pair across two ranks is counted by the owner of its first grain."""
-    length_x, length_y, length_z = box_length[0], box_length[1], box_length[2]
-    half_x, half_y, half_z = box_half[0], box_half[1], box_half[2]
+    lengths = box_length[0], box_length[1], box_length[2]
+    halves = box_half[0], box_half[1], box_half[2]
     {hoisted}
     touching = 0
     large = 0
@@ -95,40 +100,18 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
         column = parts[p] + barchan_np.uint64(1)
         for begin in range(parts[p], last, barchan_block):
             length = min(barchan_block, last - begin)
-            for b in range(length):
-                i = first[begin + b]
-                j = second[begin + b]
-                dx = place[i, 0] - place[j, 0]
-                dy = place[i, 1] - place[j, 1]
-                dz = place[i, 2] - place[j, 2]
-                dx = dx - length_x if dx > half_x else dx
-                dx = dx + length_x if dx < -half_x else dx
-                dy = dy - length_y if dy > half_y else dy
-                dy = dy + length_y if dy < -half_y else dy
-                dz = dz - length_z if dz > half_z else dz
-                dz = dz + length_z if dz < -half_z else dz
-                reach = place[i, 3] + place[j, 3]
-                branch[p, 0, b] = dx
-                branch[p, 1, b] = dy
-                branch[p, 2, b] = dz
-                touches[p, b] = 1 if dx * dx + dy * dy + dz * dz < reach * reach else 0
-            count = barchan_np.uint64(0)
-            news = barchan_np.uint64(0)
-            for b in range(length):
-                old = slot[begin + b]
-                rows[p, 0, count] = b
-                rows[p, 1, count] = old
-                rows[p, 2, news] = b
-                slot[begin + b] = (column + count) * touches[p, b]
-                count += barchan_np.uint64(touches[p, b])
-                news += barchan_np.uint64((old == 0) == (touches[p, b] == 1))
+            found = barchan_none
+            for b in range(barchan_zero, length, barchan_lanes):
+                found = barchan_list_touching(first, second, place, begin + b, last, lengths, halves, slot, column, b, rows[p],
+                                              branch[p], found)
+            count, news = found
             for e in range(news):
                 b = rows[p, 2, e]
                 changed[first[begin + b]] = 1
                 changed[second[begin + b]] = 1
             for c in range(count):
                 b = rows[p, 0, c]
-                old = rows[p, 1, c]
+                old = rows[p, 1, b]
                 k = column + c
                 i = first[begin + b]
                 j = second[begin + b]
@@ -196,14 +179,15 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
 
 
 def block_rooms(n_pairs):
-    """What ``pair_forces`` needs for each thread: where its candidates begin, (threads + 1,), and room for a block of them.
+    """What ``pair_forces`` needs for each thread: where its candidates begin, (threads + 1,), and room for a block of them. What
+    one thread writes eight at a time may not be another's, so all but the last begin at multiples of eight.
 
     Returns:
-        (parts, rows (threads, 3, BLOCK), touches (threads, BLOCK), branch vectors (threads, 3, BLOCK)).
+        (parts, rows (threads, 3, BLOCK), branch vectors (threads, 3, BLOCK)).
     """
-    parts = shares(n_pairs)
+    parts = np.minimum(shares(-(-n_pairs // LANES)) * np.uint64(LANES), np.uint64(n_pairs))
     threads = len(parts) - 1
-    return parts, np.empty((threads, 3, BLOCK), np.uint32), np.empty((threads, BLOCK), np.uint32), np.empty((threads, 3, BLOCK))
+    return parts, np.empty((threads, 3, BLOCK), np.uint32), np.empty((threads, 3, BLOCK))
 
 
 #: Torque arms: name -> (arm of the first, arm of the second, arm of a grain at a wall).

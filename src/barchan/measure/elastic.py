@@ -10,6 +10,7 @@ normal force has a memory has no such energy; what comes out then means nothing.
 import numpy as np
 
 from barchan.kernels.generate import make_loops
+from barchan.kernels.lanes import LANES
 from barchan.kernels.template import block_rooms
 from barchan.measure.touching import touching_pairs, touching_walls
 
@@ -38,9 +39,14 @@ def _integral(force, overlap):
 
 def _columns(sim, count):
     """Columns for contacts without memory: slot, history, new history, forces, and marks of their grains."""
-    slot, width = np.zeros(count, dtype=np.uint32), sim.contacts.history_width
+    slot, width = _for_lanes(np.zeros(count, dtype=np.uint32)), sim.contacts.history_width
     out, marks = np.zeros((sim.contacts.out_rows, 1 + count)), np.zeros(2 * count, dtype=np.uint8)
     return slot, np.zeros((width, 1 + count)), np.zeros((width, 1 + count)), out, marks
+
+
+def _for_lanes(values):
+    """The same, with memory behind it for those that are looked at beside the last."""
+    return np.concatenate([values, np.zeros(LANES, values.dtype)])[: len(values)]
 
 
 def _of_pairs(sim, loops, table, pairs):
@@ -51,9 +57,9 @@ def _of_pairs(sim, loops, table, pairs):
     place[:, 3], motion[:, 3] = grains.view("radius", True)[rows], grains.view("inverse_mass", True)[rows]
     material, touch = grains.block("material", True)[rows], place[::2, 3] + place[1::2, 3]
     slot, *columns = _columns(sim, count)
-    first = np.arange(0, 2 * count, 2, dtype=np.uint32)
+    first, second = (_for_lanes(np.arange(side, 2 * count, 2, dtype=np.uint32)) for side in (0, 1))
     parts, *rooms = block_rooms(count)
-    candidates = (parts, first, first + np.uint32(1), np.uint32(2 * count))
+    candidates = (parts, first, second, np.uint32(2 * count))
     state = (*candidates, place, motion, spin, material, np.uint32(len(sim.materials)), table, slot, *columns, *rooms)
 
     def force(overlap):

@@ -141,7 +141,8 @@ class Contacts:
         self.start, self.touched = np.empty(grains.n + 1, dtype=np.uint32), np.zeros(grains.n, dtype=np.uint32)
         incidence_kernels.count_incidence(grains.n, self.first, self.second, self.wall_grain, self.start)
         self.incidence = self._array("incidence", np.uint32, self.start[-1])
-        self.slot = self._array("slot", np.uint32, self.n_pairs + len(self.wall_grain))
+        count = self.n_pairs + len(self.wall_grain)
+        self.slot = self._array("slot", np.uint32, count + LANES)[:count]
         self.slot[:], self.computed = 0, False
 
     def _build_pairs(self, grains, grid, start, skin):
