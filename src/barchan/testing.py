@@ -232,9 +232,9 @@ def machine_code(law, uniform=True, alone=False):
         types.Array(types.uint32, 1, "C"),
     )
     number, count = types.float64, types.uint32
-    parts, *rooms = (typeof(array) for array in block_rooms(1))
+    parts, *rooms = (typeof(array) for array in block_rooms(1, law.history_width))
     state = (rows, rows, rows, index)  # place, motion, spin, material
-    columns = (index, rows, rows, rows, types.Array(types.uint8, 1, "C"))  # slot, history, kept, out, changed
+    columns = (index, rows, rows, types.Array(types.uint8, 1, "C"))  # slot, history, out, changed
     try:
         fresh.compile((parts, index, index, count, *state, count, rows, *columns, *rooms, vector, vector, number, number, number))
     except Exception as error:  # Numba stumbles in many ways

@@ -215,7 +215,7 @@ def test_a_grain_with_many_contacts_remembers_them_all_over_a_rebuild():
     def memory():
         contacts, ids = sim.contacts, sim.grains.view("id")
         pairs = zip(ids[contacts.first].tolist(), ids[contacts.second].tolist())
-        return dict(zip(pairs, contacts.history[:, contacts.slot].T.tolist()))
+        return dict(zip(pairs, contacts.memory().T.tolist()))
 
     before = memory()
     sim.rebuild()

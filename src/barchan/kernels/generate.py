@@ -139,7 +139,13 @@ def module_text(law, uniform):
     hoisted = [f"{p} = table[{row}, 0]" for row, p in enumerate(parameters)]
     looked_up = [f"{p} = table[{row}, pair]" for row, p in enumerate(parameters)]
     forces = [f"out[{row}, k] = {name}" for row, name in enumerate(("fx", "fy", "fz", "ax", "ay", "az"))]
-    kept = [f"kept[{row}, k] = {flat} if dt > 0.0 else history[{row}, old]" for row, flat in enumerate(memory)]
+    kept, kept_at_wall = (
+        [f"fresh[{at.format(row)}] = {flat} if dt > 0.0 else history[{row}, old]" for row, flat in enumerate(memory)]
+        for at in ("p, {}, c", "{}, c")
+    )
+    moved, moved_at_wall = (
+        [f"history[{row}, home + e] = fresh[{at.format(row)}]" for row in range(len(memory))] for at in ("p, {}, e", "{}, e")
+    )
     read = [f"history[{row}, old]" for row in range(len(memory))]
     arm_first, arm_second, wall_arm = ARMS[law.lever]
     lens = law.lever == "lens"
@@ -163,7 +169,11 @@ def module_text(law, uniform):
         history_names="".join(f", {n}" for n in memory),
         flat_arguments=", ".join([*parameters, *read]),
         keep=deepest.join([*forces, *arms, *kept]),
-        keep_at_wall=deep.join([*forces, *arm_at_wall, *kept]),
+        keep_at_wall=deep.join([*forces, *arm_at_wall, *kept_at_wall]),
+        keep_fresh=deepest.join(["for e in range(count):", *moved]) if memory else "pass",
+        keep_fresh_at_wall=deep.join(["for e in range(barchan_np.uint64(grain.shape[0])):", *moved_at_wall])
+        if memory
+        else "pass",
         hoisted=(shallow.join(hoisted) or "pass") if uniform else "pass",
         gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),

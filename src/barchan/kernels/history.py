@@ -8,6 +8,36 @@ from barchan.kernels.incidence import partner_key
 
 
 @kernel(parallel=True)
+def find_columns(slot, n_pairs, block, columns):
+    """Write the column of each contact's memory into ``columns``, or 0 if it does not touch; see ``kernels/template.py``."""
+    blocks = (n_pairs + block - 1) // block
+    for number in prange(blocks):
+        rank = 0
+        for k in range(number * block, min((number + 1) * block, n_pairs)):
+            rank += slot[k] != 0
+            columns[k] = number * block + rank if slot[k] != 0 else 0
+    for k in range(n_pairs, slot.shape[0]):
+        columns[k] = blocks * block + 1 + k - n_pairs if slot[k] != 0 else 0
+
+
+@kernel(parallel=True)
+def bring_memory(slot, n_pairs, block, history, brought):
+    """Write the columns of ``history`` that ``slot`` tells into ``brought``, each where ``find_columns`` has it."""
+    blocks = (n_pairs + block - 1) // block
+    for number in prange(blocks):
+        column = number * block
+        for k in range(number * block, min((number + 1) * block, n_pairs)):
+            if slot[k] != 0:
+                column += 1
+                for c in range(history.shape[0]):
+                    brought[c, column] = history[c, slot[k]]
+    for k in range(n_pairs, slot.shape[0]):
+        if slot[k] != 0:
+            for c in range(history.shape[0]):
+                brought[c, blocks * block + 1 + k - n_pairs] = history[c, slot[k]]
+
+
+@kernel(parallel=True)
 def count_rows(start, touched, incidence, on_both, counts):
     """Write into ``counts`` how many contacts each grain remembers: those that touch, and of which it is the first grain
     unless they are wanted ``on_both``."""
@@ -20,7 +50,7 @@ def count_rows(start, touched, incidence, on_both, counts):
 
 @kernel(parallel=True)
 def detach_rows(
-    parts, room, first, second, ids, wall_key, start, touched, incidence, slot, history, on_both, row_start, keys, values
+    parts, room, first, second, ids, wall_key, start, touched, incidence, columns, history, on_both, row_start, keys, values
 ):
     """Write the remembered contacts of each owned grain to its rows: ``keys`` of the partners, ascending, and ``values``
     (rows, width), both modified. Thread p does the grains ``parts[p]`` to ``parts[p + 1]``.
@@ -39,7 +69,7 @@ def detach_rows(
                     count += on_both | (entry & 1 == 0)
                 for c in range(count):
                     entry = room[p, c]
-                    k = slot[entry >> 1]
+                    k = columns[entry >> 1]
                     keys[row] = partner_key(i, entry, first, second, ids, wall_key)
                     for w in range(history.shape[0]):
                         values[row, w] = history[w, k]
@@ -92,16 +122,16 @@ GONE = np.uint32(0xFFFFFFFF)
 
 
 @kernel()
-def list_touching(first, second, wall_grain, wall_key, slot, rows):
-    """Write the contacts that touch into ``rows`` (3, columns): both rows of a pair, or the row and the number of the wall, and
-    the column. ``slot`` becomes the number of each among them.
+def list_touching(first, second, wall_grain, wall_key, slot, columns, rows):
+    """Write the contacts that touch into ``rows`` (3, ...): both rows of a pair, or the row and the number of the wall, and
+    the column of its memory. ``slot`` becomes the number of each among them.
 
     Returns:
         (pairs, all)."""
     n_pairs = first.shape[0]
     count = 0
     for k in range(n_pairs):
-        column = slot[k]
+        column = columns[k]
         rows[0, count] = first[k]
         rows[1, count] = second[k]
         rows[2, count] = column
@@ -109,7 +139,7 @@ def list_touching(first, second, wall_grain, wall_key, slot, rows):
         count += column != 0
     pairs = count
     for c in range(wall_grain.shape[0]):
-        column = slot[n_pairs + c]
+        column = columns[n_pairs + c]
         rows[0, count] = wall_grain[c]
         rows[1, count] = -1 - wall_key[c]
         rows[2, count] = column

@@ -171,7 +171,7 @@ def _list_touching(typing_context, first, second, place, begin, over, lengths, h
         vectors = _Vectors(context, builder, signature)
         first, second, place = (vectors.array(k, array) for k, array in enumerate((first, second, place)))
         slot, rows, branch = vectors.array(7, slot), vectors.array(10, rows), vectors.array(11, branch)
-        count, news = builder.extract_value(found, 0), builder.extract_value(found, 1)
+        count, news, before = (builder.extract_value(found, k) for k in range(3))
 
         valid = vectors.first(begin, over)
         is_valid = builder.bitcast(builder.trunc(valid, ir.IntType(LANES)), ir.VectorType(ir.IntType(1), LANES))
@@ -197,16 +197,19 @@ def _list_touching(typing_context, first, second, place, begin, over, lengths, h
         columns = builder.select(builder.icmp_unsigned("!=", rank, none), columns, none)
         vectors.store(builder.select(is_valid, columns, old), slot, None, begin)
         vectors.append(touch, b, rows, 0, count)
-        vectors.store(old, rows, 1, b)
-        turned = builder.xor(touch, vectors.bits(builder.icmp_unsigned("!=", old, none)))
-        turned = builder.and_(turned, valid)
+        touched = builder.and_(vectors.bits(builder.icmp_unsigned("!=", old, none)), valid)
+        rank = vectors.looked_up("rank", RANK, touched)
+        columns = builder.add(rank, vectors.indices(builder.add(builder.sub(begin, b), before)))
+        vectors.store(builder.select(builder.icmp_unsigned("!=", rank, none), columns, none), rows, 1, b)
+        turned = builder.xor(touch, touched)
         vectors.append(turned, b, rows, 2, news)
-        counts = builder.add(count, vectors.count(touch)), builder.add(news, vectors.count(turned))
-        return context.make_tuple(builder, signature.return_type, counts)
+        totals = zip((count, news, before), (touch, turned, touched))
+        totals = [builder.add(total, vectors.count(lanes)) for total, lanes in totals]
+        return context.make_tuple(builder, signature.return_type, totals)
 
     word, threes = types.uint64, types.UniTuple(types.float64, 3)
-    pair = types.UniTuple(word, 2)
-    return pair(first, second, place, word, word, threes, threes, slot, word, word, rows, branch, pair), generate
+    counts = types.UniTuple(word, 3)
+    return counts(first, second, place, word, word, threes, threes, slot, word, word, rows, branch, counts), generate
 
 
 def list_touching(first, second, place, begin, over, lengths, halves, slot, column, b, rows, branch, found):
@@ -217,11 +220,11 @@ def list_touching(first, second, place, begin, over, lengths, halves, slot, colu
         place: (n, 4) coordinates and radii.
         lengths, halves: of the box, three numbers each, infinite where it has no period.
         slot: becomes ``column`` and the number of those that touch before, or 0, as ``first`` goes.
-        b: what the pair ``begin`` is called in ``rows`` and ``branch``; the next is ``b`` + 1.
-        rows: (3, ...) those that touch, by appending; the old ``slot`` of each, at its ``b``; those that touch and did not or
-            did and do not touch, by appending.
+        b: what the pair ``begin`` is called in ``rows`` and ``branch``, its place in a block; the next is ``b`` + 1.
+        rows: (3, ...) those that touch, by appending; the column of the memory of each, or 0, at its ``b``; those that touch and
+            did not or did and do not touch, by appending.
         branch: (3, ...) from the second to the first, nearest images, at ``b``.
-        found: how many touch, and how many began or ended, so far.
+        found: how many of the block touch, began or ended, and touched before, so far.
 
     Returns the new ``found``.
     """
@@ -233,8 +236,9 @@ def list_touching(first, second, place, begin, over, lengths, halves, slot, colu
     branch[:, at] = d = np.where(d < -halves, d + lengths, d)
     reach = place[first[some], 3] + place[second[some], 3]
     touch = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < reach * reach
-    rows[1, at] = old = slot[some].copy()
-    lists = np.flatnonzero(touch), np.flatnonzero(touch != (old != 0))
+    touched = slot[some] != 0
+    rows[1, at] = np.where(touched, int(begin - b) + int(found[2]) + np.cumsum(touched), 0)
+    lists = np.flatnonzero(touch), np.flatnonzero(touch != touched), np.flatnonzero(touched)
     counts = [count + np.uint64(len(lanes)) for count, lanes in zip(found, lists)]
     for line, count, lanes in zip((0, 2), found, lists):
         rows[line, count : count + np.uint64(len(lanes))] = lanes + int(b)

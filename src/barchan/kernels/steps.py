@@ -43,8 +43,10 @@ class Rooms(NamedTuple):
     pairs: np.ndarray
     rows: np.ndarray
     branch: np.ndarray
+    fresh: np.ndarray
     grains: np.ndarray
     keys: np.ndarray
+    fresh_at_walls: np.ndarray
 
 
 class Then(NamedTuple):
@@ -112,14 +114,14 @@ barchan_wall_forces = on_one_thread(wall_forces)
 
 
 @kernel()
-def barchan_advance(most, time, approach, bodies, lists, history, kept, out, planes, then, rooms, rules, told):
+def barchan_advance(most, time, approach, bodies, lists, history, out, planes, then, rooms, rules, told):
     """At most ``most`` steps; all arrays that a step writes are modified, and ``told`` becomes what ``Progress`` reads: written,
-    not returned, since a signal that came meanwhile is raised before Python has taken what is returned. ``history`` and
-    ``kept`` have changed places after an odd number of whole steps. Ends before the forces of a step in which the list may be
-    stale or a grain is bad, and after one with something to tell of."""
+    not returned, since a signal that came meanwhile is raised before Python has taken what is returned. Ends before the forces
+    of a step in which the list may be stale or a grain is bad, and after one with something to tell of."""
     place, motion, spin, force, torque = bodies.place, bodies.motion, bodies.spin, bodies.force, bodies.torque
     first, second, slot = lists.first, lists.second, lists.slot
     dt, n_owned, n_pairs = rules.dt, barchan_np.uint32(force.shape[0]), barchan_np.uint64(first.shape[0])
+    wall_column = (n_pairs + barchan_block - barchan_np.uint64(1)) // barchan_block * barchan_block
     done, begun, fastest, bad, quickest, total = 0, False, 0.0, 0, 0.0, 0
     touching, large, too_large, not_finite = 0, 0, 0, 0
     while done < most and not (too_large or not_finite or (large and not rules.warned)):
@@ -140,7 +142,7 @@ def barchan_advance(most, time, approach, bodies, lists, history, kept, out, pla
         time += dt
         touching, large, too_large = barchan_pair_forces(
             rooms.pairs, first, second, n_owned, place, motion, spin, bodies.material, rules.n_materials, rules.table, slot,
-            history, kept, out, lists.changed, rooms.rows, rooms.branch, rules.length, rules.half, dt,
+            history, out, lists.changed, rooms.rows, rooms.branch, rooms.fresh, rules.length, rules.half, dt,
             rules.allowed_overlap, rules.max_overlap)
         if lists.wall_grain.shape[0] > 0:
             for w in range(planes.point.shape[0]):
@@ -148,11 +150,11 @@ def barchan_advance(most, time, approach, bodies, lists, history, kept, out, pla
                                     planes.normal[w], planes.velocity[w], planes.surface)
             more, large_more, too_large_more = barchan_wall_forces(
                 lists.wall_grain, planes.surface, place, motion, spin, bodies.material, lists.wall_material, rules.n_materials,
-                rules.table, slot, history, kept, out, lists.changed, n_pairs, dt, rules.allowed_overlap, rules.max_overlap)
+                rules.table, slot, history, out, lists.changed, rooms.fresh_at_walls, n_pairs, wall_column, dt,
+                rules.allowed_overlap, rules.max_overlap)
             touching, large, too_large = touching + more, large + large_more, too_large + too_large_more
         barchan_order_incidence(rooms.grains, lists.changed, first, second, lists.ids, lists.wall_key, slot, lists.start,
                               lists.touched, lists.incidence, rooms.keys)
-        history, kept = kept, history
         not_finite = barchan_gather_forces(lists.start, lists.touched, lists.incidence, slot, out, place, bodies.mass,
                                            rules.gravity, force, torque)
         total += large

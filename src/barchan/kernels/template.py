@@ -4,9 +4,11 @@
 arrays alias, and then nothing is vectorised (measured: 1.5 ms against 4.3). Branches inside it become selects.
 
 ``pair_forces`` works on blocks of candidates that stay in the cache: one loop finds the distances and lists those that touch,
-eight at a time, another, vectorised, computes these. A contact that touches gets a *column* of ``out`` and ``history``;
-``slot`` says which. It depends on how the candidates are shared among threads; what stands in it does not. Grains whose
-contacts began or ended since the step before are marked in ``changed``.
+eight at a time, another, vectorised, computes these. A contact that touches gets a *column* of ``out``; ``slot`` says which. It
+depends on how the candidates are shared among threads; what stands in it does not. Its memory stands in a column of ``history``:
+that of the c-th contact that touches, from 1 on, of a block that begins with candidate b is b + c. So the memory of a step
+takes the place of that of the step before, block by block. Grains whose contacts began or ended since the step before are
+marked in ``changed``.
 All indices are unsigned: a signed one may count from the end, and then the vectoriser gives up.
 
 Rows of ``out``: force on the first grain, n x F_t, and for lens arms the arms of both grains: a grain's torque is minus
@@ -16,7 +18,6 @@ its arm times n x F_t (six rows instead of nine are a third less to write and re
 import numpy as np
 
 from barchan.kernels.compiler import shares
-from barchan.kernels.lanes import LANES
 
 #: Overlap of a contact that rounding puts on the edge of touching. Its square root and its square are ordinary numbers.
 TINY = 1e-100
@@ -41,7 +42,7 @@ from barchan.kernels.planes import measure_plane_alone as barchan_measure_plane
 barchan_block = barchan_np.uint64({block})
 barchan_lanes = barchan_np.uint64({lanes})
 barchan_zero = barchan_np.uint64(0)
-barchan_none = barchan_zero, barchan_zero
+barchan_none = barchan_zero, barchan_zero, barchan_zero
 
 
 @helper
@@ -81,13 +82,13 @@ def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy
 
 
 @kernel(parallel=True)
-def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, kept, out, changed,
-                rows, branch, box_length, box_half, dt, allowed_overlap, max_overlap):
+def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, out, changed, rows,
+                branch, fresh, box_length, box_half, dt, allowed_overlap, max_overlap):
     """Forces of all pairs of grains that touch. Thread p looks at the candidates ``parts[p]`` to ``parts[p + 1]``.
 
-    ``slot`` (old column in, new column out), ``kept`` (the new history), ``out`` and ``changed`` are modified; ``rows`` and
-    ``branch`` are room for a block of each thread. Returns (touching, above the allowed overlap, above the
-    largest); a pair across two ranks is counted by the owner of its first grain."""
+    ``slot`` (0 or not in, new column out), ``history``, ``out`` and ``changed`` are modified; ``rows``, ``branch`` and ``fresh``
+    are room for a block of each thread. Returns (touching, above the allowed overlap, above the largest); a pair across two ranks
+    is counted by the owner of its first grain."""
     lengths = box_length[0], box_length[1], box_length[2]
     halves = box_half[0], box_half[1], box_half[2]
     {hoisted}
@@ -104,7 +105,7 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
             for b in range(barchan_zero, length, barchan_lanes):
                 found = barchan_list_touching(first, second, place, begin + b, last, lengths, halves, slot, column, b, rows[p],
                                               branch[p], found)
-            count, news = found
+            count, news = found[0], found[1]
             for e in range(news):
                 b = rows[p, 2, e]
                 changed[first[begin + b]] = 1
@@ -138,16 +139,18 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
                 touching += 1 if i < n_owned else 0
                 large += 1 if counted > allowed_overlap * diameter else 0
                 too_large += 1 if counted > max_overlap * diameter else 0
+            home = begin + barchan_np.uint64(1)
+            {keep_fresh}
             column += count
     return touching, large, too_large
 
 
 @kernel(parallel=True)
-def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, slot, history, kept, out, changed,
-                offset, dt, allowed_overlap, max_overlap):
+def wall_forces(grain, surface, place, motion, spin, material, wall_material, stride, table, slot, history, out, changed, fresh,
+                number, offset, dt, allowed_overlap, max_overlap):
     """Forces of all contacts of grains with walls. Rows of ``surface``: distance, normal, half-step normal, velocity of
-    the wall at the contact, curvature. Contact c has the number ``offset`` + c and, when it touches, the column after it.
-    Modifies and returns what ``pair_forces`` does."""
+    the wall at the contact, curvature. Contact c is number ``number`` + c, its column is ``offset`` + c + 1. Modifies and returns
+    what ``pair_forces`` does; ``fresh`` is room for the memory of all."""
     {hoisted}
     touching = 0
     large = 0
@@ -155,8 +158,9 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
     for c in prange(grain.shape[0]):
         widest_lanes()
         i = grain[c]
-        old = slot[offset + c]
         k = offset + c + barchan_np.uint64(1)
+        was = slot[number + c] != 0
+        old = k * was
         ri = place[i, 3]
         distance = surface[0, c]
         {wall_gathered}
@@ -167,27 +171,34 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
             motion[i, 0] - surface[7, c], motion[i, 1] - surface[8, c], motion[i, 2] - surface[9, c],
             spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
         touches = overlap > 0.0
-        slot[offset + c] = k if touches else barchan_np.uint64(0)
-        if touches == (old == 0):
+        slot[number + c] = k if touches else barchan_np.uint64(0)
+        if touches != was:
             changed[i] = 1
         {keep_at_wall}
         touching += 1 if touches else 0
         large += 1 if overlap > allowed_overlap * 2.0 * ri else 0
         too_large += 1 if overlap > max_overlap * 2.0 * ri else 0
+    home = offset + barchan_np.uint64(1)
+    {keep_fresh_at_wall}
     return touching, large, too_large
 '''
 
 
-def block_rooms(n_pairs):
-    """What ``pair_forces`` needs for each thread: where its candidates begin, (threads + 1,), and room for a block of them. What
-    one thread writes eight at a time may not be another's, so all but the last begin at multiples of eight.
+def whole_blocks(n_pairs):
+    """Candidates of as many whole blocks as ``n_pairs`` fill or begin."""
+    return -(-n_pairs // BLOCK) * BLOCK
+
+
+def block_rooms(n_pairs, history_width):
+    """What ``pair_forces`` needs for each thread: where its candidates begin, (threads + 1,), which is where a block begins, and
+    room for a block of them.
 
     Returns:
-        (parts, rows (threads, 3, BLOCK), branch vectors (threads, 3, BLOCK)).
+        (parts, rows (threads, 3, BLOCK), branch vectors (threads, 3, BLOCK), new memory (threads, history_width, BLOCK)).
     """
-    parts = np.minimum(shares(-(-n_pairs // LANES)) * np.uint64(LANES), np.uint64(n_pairs))
-    threads = len(parts) - 1
-    return parts, np.empty((threads, 3, BLOCK), np.uint32), np.empty((threads, 3, BLOCK))
+    parts = np.minimum(shares(whole_blocks(n_pairs) // BLOCK) * np.uint64(BLOCK), np.uint64(n_pairs))
+    rows, *rooms = ((len(parts) - 1, count, BLOCK) for count in (3, 3, history_width))
+    return parts, np.empty(rows, np.uint32), *(np.empty(room) for room in rooms)
 
 
 #: Torque arms: name -> (arm of the first, arm of the second, arm of a grain at a wall).

@@ -44,7 +44,7 @@ def contact_table(sim, all_ranks=True):
                 place[on_walls, :3] - contacts.surface[1:4].T * contacts.surface[0][:, None],
             ]
         ),
-        "memory": contacts.history[:, contacts.slot].T.copy(),
+        "memory": contacts.memory().T.copy(),
     }
     mine = np.concatenate([first < grains.n, np.ones(len(on_walls), dtype=bool)]) & (contacts.slot > 0)
     parts = [{name: column[mine] for name, column in table.items()}]

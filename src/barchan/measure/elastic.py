@@ -11,7 +11,7 @@ import numpy as np
 
 from barchan.kernels.generate import make_loops
 from barchan.kernels.lanes import LANES
-from barchan.kernels.template import block_rooms
+from barchan.kernels.template import block_rooms, whole_blocks
 from barchan.measure.touching import touching_pairs, touching_walls
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -38,10 +38,10 @@ def _integral(force, overlap):
 
 
 def _columns(sim, count):
-    """Columns for contacts without memory: slot, history, new history, forces, and marks of their grains."""
+    """Columns for contacts without memory: slot, history, forces, and marks of their grains."""
     slot, width = _for_lanes(np.zeros(count, dtype=np.uint32)), sim.contacts.history_width
     out, marks = np.zeros((sim.contacts.out_rows, 1 + count)), np.zeros(2 * count, dtype=np.uint8)
-    return slot, np.zeros((width, 1 + count)), np.zeros((width, 1 + count)), out, marks
+    return slot, np.zeros((width, 1 + whole_blocks(count))), out, marks
 
 
 def _for_lanes(values):
@@ -58,7 +58,7 @@ def _of_pairs(sim, loops, table, pairs):
     material, touch = grains.block("material", True)[rows], place[::2, 3] + place[1::2, 3]
     slot, *columns = _columns(sim, count)
     first, second = (_for_lanes(np.arange(side, 2 * count, 2, dtype=np.uint32)) for side in (0, 1))
-    parts, *rooms = block_rooms(count)
+    parts, *rooms = block_rooms(count, sim.contacts.history_width)
     candidates = (parts, first, second, np.uint32(2 * count))
     state = (*candidates, place, motion, spin, material, np.uint32(len(sim.materials)), table, slot, *columns, *rooms)
 
@@ -83,7 +83,8 @@ def _of_walls(sim, loops, table, at_walls):
     materials = grains.block("material")[at_walls.grain], contacts.wall_material[at_walls.contact]
     slot, *columns = _columns(sim, count)
     grain, stride = np.arange(count, dtype=np.uint32), np.uint32(len(sim.materials))
-    state = (grain, surface, place, motion, spin, *materials, stride, table, slot, *columns, np.uint64(0))
+    fresh = np.zeros((contacts.history_width, count))
+    state = (grain, surface, place, motion, spin, *materials, stride, table, slot, *columns, fresh, np.uint64(0), np.uint64(0))
 
     def force(overlap):
         surface[0] = place[:, 3] - overlap

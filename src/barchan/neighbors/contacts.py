@@ -16,7 +16,7 @@ from barchan.kernels.compiler import shares
 from barchan.kernels.gather import gather_forces
 from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import Lists, Rooms
-from barchan.kernels.template import block_rooms
+from barchan.kernels.template import BLOCK, block_rooms, whole_blocks
 from barchan.neighbors.rows import ContactRows
 
 #: Contacts of a grain that are sorted by rank, or listed, at a time.
@@ -64,9 +64,9 @@ class Contacts:
         start, incidence: contacts of each owned grain i, ``incidence[start[i]:start[i + 1]]``, as 2 * contact + side.
         touched: (owned,) how many of them touch; they come first, in ascending order of the partner's key.
         changed: (rows,) 1 for grains of which that may no longer be so, since a contact began or ended.
-        slot: (contacts,) column in which a contact that touches keeps its memory and its force; 0 of one that does not.
-        history: (width, columns) memory of the law by column, as seen from the first grain; column 0 holds zeros. There are
-            more columns than contacts.
+        slot: (contacts,) column in which a contact that touches keeps its force; 0 of one that does not.
+        history: (width, columns) memory of the law as seen from the first grain, in the order of ``kernels/template.py``;
+            column 0 holds zeros. There are more columns than contacts.
         out: (6 or 8, columns): force on the first, n x F_t, and for lens arms the arms of both (``kernels/template.py``);
             column 0 holds zeros.
         surface: (11, wall contacts) geometry of wall contacts at this step.
@@ -83,7 +83,7 @@ class Contacts:
         self.touched, self.changed = np.zeros(0, dtype=np.uint32), np.zeros(0, dtype=np.uint8)
         self.slot, self.surface = np.zeros(0, dtype=np.uint32), np.zeros((11, 0))
         self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
-        self._kept, self.computed = self.history.copy(), False
+        self._fresh_at_walls, self.computed = np.zeros((law.history_width, 0)), False
         self._ids = np.zeros(0, dtype=np.int64)
         self.wall_ranges, self._pairs_per_grain, self._stores = [], 4.0, {}
 
@@ -115,7 +115,7 @@ class Contacts:
         keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.history_width))
         parts = shares(n_owned)
         room = np.empty((len(parts) - 1, AT_A_TIME), dtype=np.int64)
-        contacts = (*self._partners(), self.start, self.touched, self.incidence, self.slot, self.history)
+        contacts = (*self._partners(), self.start, self.touched, self.incidence, self._memory_columns(), self.history)
         history_kernels.detach_rows(parts, room, *contacts, on_both, start, keys, values)
         return ContactRows(start, keys, values)
 
@@ -126,7 +126,7 @@ class Contacts:
         room = self.out.view(np.uint32)  # two numbers for each column
         rows, entries, moved = room[:3], room[3], room[4]
         contacts = (self.first, self.second, self.wall_grain, self.wall_key)
-        n_pairs, count = history_kernels.list_touching(*contacts, self.slot, rows)
+        n_pairs, count = history_kernels.list_touching(*contacts, self.slot, self._memory_columns(), rows)
         begin = np.zeros(len(self.touched) + 1, dtype=np.uint32)
         np.cumsum(self.touched, out=begin[1:])
         history_kernels.list_order(self.start, self.touched, self.incidence, self.slot, begin, entries)
@@ -178,19 +178,20 @@ class Contacts:
         self.wall_key = np.repeat(np.array([wall.key for wall in walls], dtype=np.int64), np.diff(self._wall_begin))
         self.wall_material = np.repeat(np.array([wall.material for wall in walls], dtype=np.uint32), np.diff(self._wall_begin))
         self.surface = np.empty((11, len(self.wall_grain)))
+        self._fresh_at_walls = np.empty((self.history_width, len(self.wall_grain)))
 
     def attach(self, grains, rows):
         """Give the new contacts what their grains remember of each other."""
-        self._make_columns(max(len(self.slot), len(rows.keys)))
+        self._make_columns(len(rows.keys))
         self._fill_incidence(grains.n)
         lists = (self.start, self.incidence)
         history_kernels.attach_rows(grains.n, *self._partners(), *lists, *rows, self.slot, self.history)
+        self._arrange_memory()
         self.changed, self.out[:, 0] = np.ones(grains.n + grains.n_ghost, dtype=np.uint8), 0.0
 
     def carry_over(self, order, known):
-        """Give the new contacts what is ``Remembered`` of them: columns stay what they were. All grains are owned, and new row i
-        was row ``order[i]``."""
-        self._make_columns(len(self.slot))
+        """Give the new contacts what is ``Remembered`` of them. All grains are owned, and new row i was row ``order[i]``."""
+        self._make_columns()
         new_row = np.empty(len(order), dtype=np.uint32)
         new_row[order] = np.arange(len(order), dtype=np.uint32)
         pairs = (self._offsets, self.first, self.second)
@@ -200,6 +201,7 @@ class Contacts:
         lists = (self.start, self.touched, self.incidence)
         history_kernels.carry_order(order, known.moved, known.begin, known.entries, *lists)
         self._fill_incidence(len(order))
+        self._arrange_memory()
         self.changed, self.out[:, 0], self._offsets = np.zeros(len(order), dtype=np.uint8), 0.0, None
 
     def _fill_incidence(self, n_owned):
@@ -220,16 +222,39 @@ class Contacts:
         parts = shares(len(self.touched))
         return parts, np.empty((len(parts) - 1, 2, AT_A_TIME), dtype=np.int64)
 
-    def _make_columns(self, count):
-        """Room for ``count`` columns; what stands in the present ones stays there."""
+    @property
+    def _wall_column(self):
+        """The column before that of the first wall contact."""
+        return whole_blocks(self.n_pairs)
+
+    def _make_columns(self, least=0):
+        """Room for a column of each contact, and for ``least``; what stands in the present ones stays there."""
+        count = max(least, self._wall_column + len(self.wall_grain))
         if self.out.shape[1] > count:
             return
         room = 1 + count + count // 8
         history = self.history
-        self.history, self._kept = (memory.empty((self.history_width, room)) for _ in range(2))
+        self.history, self.out = memory.empty((self.history_width, room)), memory.empty((self.out_rows, room))
         self.history[:, : history.shape[1]] = history
-        self.out = memory.empty((self.out_rows, room))
-        self._kept[:, 0] = 0.0
+
+    def _memory_columns(self):
+        """The column of each contact's memory, 0 if it has none."""
+        columns = np.empty(len(self.slot), dtype=np.uint32)
+        history_kernels.find_columns(self.slot, self.n_pairs, BLOCK, columns)
+        return columns
+
+    def memory(self):
+        """What each contact remembers, (width, contacts); zeros if it does not touch."""
+        return self.history[:, self._memory_columns()]
+
+    def _arrange_memory(self):
+        """Bring the memory from the columns that ``slot`` tells to where it belongs, through the room of the forces."""
+        last = 1 + self._wall_column + len(self.wall_grain)
+        for begin in range(0, self.history_width, self.out_rows):
+            history = self.history[begin : begin + self.out_rows]
+            brought = self.out[: len(history)]
+            history_kernels.bring_memory(self.slot, self.n_pairs, BLOCK, history, brought)
+            history[:, 1:last] = brought[:, 1:last]
 
     def compute(self, loops, grains, setting):
         """Forces of all contacts; memory advances by the time step, forces are kept by column.
@@ -242,18 +267,18 @@ class Contacts:
             (contacts that touch, above the allowed overlap, above the largest).
         """
         state = tuple(grains.block(name, ghosts=True) for name in ("place", "motion", "spin", "material"))
-        law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self._kept, self.out, self.changed)
+        law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self.out, self.changed)
         last = (setting.dt, setting.allowed_overlap, setting.max_overlap)
-        parts, *rooms = block_rooms(self.n_pairs)
+        parts, *rooms = block_rooms(self.n_pairs, self.history_width)
         pairs = (parts, self.first, self.second, np.uint32(grains.n))
         frame = (setting.frame.length, setting.frame.half)
         counts = loops.pair_forces(*pairs, *state, *law, *rooms, *frame, *last)
         if len(self.wall_grain):
-            walls = (self.wall_grain, self.surface)
-            at_walls = loops.wall_forces(*walls, *state, self.wall_material, *law, np.uint64(self.n_pairs), *last)
+            columns = (self._fresh_at_walls, np.uint64(self.n_pairs), np.uint64(self._wall_column))
+            at_walls = loops.wall_forces(self.wall_grain, self.surface, *state, self.wall_material, *law, *columns, *last)
             counts = [a + b for a, b in zip(counts, at_walls)]
         self._order_incidence()
-        self.history, self._kept, self.computed = self._kept, self.history, True
+        self.computed = True
         return counts
 
     def advance(self, loops, begin, bodies, walls, rules, told):
@@ -269,12 +294,10 @@ class Contacts:
             *(self.first, self.second, self._ids, self.wall_key, self.slot, self.start, self.touched, self.incidence),
             *(self.changed, self.wall_grain, self.wall_material, self._wall_begin),
         )
-        rooms = Rooms(*block_rooms(self.n_pairs), *self._order_rooms())
+        rooms = Rooms(*block_rooms(self.n_pairs, self.history_width), *self._order_rooms(), self._fresh_at_walls)
         try:
-            loops.advance(*begin, bodies, lists, self.history, self._kept, self.out, *walls, rooms, rules, told)
+            loops.advance(*begin, bodies, lists, self.history, self.out, *walls, rooms, rules, told)
         finally:
-            if told[0] % 2:
-                self.history, self._kept = self._kept, self.history
             self.computed = self.computed or told[0] > 0
 
     def forces(self, some):
