@@ -31,6 +31,10 @@ def tilting(time):
     return 5.0 * time, 0.3, -1.0
 
 
+#: While gravity turns, steps are made singly; while it does not, many of them in one call.
+GRAVITY = {"turning": tilting, "steady": (0.4, 0.3, -1.0)}
+
+
 def empty(law, **options):
     """The scene without its grains: a periodic box with a floor and a lid that moves."""
     box = bc.Box((0.0, 0.0, -0.5), (8.0, 6.0, 12.0), periodic=(True, True, False))
