@@ -37,7 +37,7 @@ class Assembly:
         self.grains, self.walls, self.next_id = Grains(), [], 0
         self.contacts = Contacts(law)
         self._rows = ContactRows.empty(0, law.history_width)
-        self._listed = self._primed = False
+        self._listed = self._primed = self._torn = False
 
     def __setattr__(self, name, value):
         if self._complete and name not in self.__dict__ and not name.startswith("_") and not hasattr(type(self), name):
@@ -226,8 +226,20 @@ class Assembly:
         """Contact memory as rows of the grains, while there is no neighbour list."""
         return self._rows
 
+    def _refuse_if_torn(self):
+        """Refuse to go on after a rebuild that was broken off: what the contacts remember is lost.
+
+        Raises:
+            SceneError: there was one.
+        """
+        if self._torn:
+            raise SceneError(
+                "finding the neighbours was broken off by an error, which lost the memory of contacts; restore a checkpoint"
+            )
+
     def begin_change(self):
         """Take up what users wrote into fields, and put the neighbour list away; the next run makes it anew."""
+        self._refuse_if_torn()
         self.note_edits(self.grains.take_edits())
         self._take_down_list()
 

@@ -182,16 +182,16 @@ class Grains:
             self.n += count
 
     def keep(self, rows):
-        """Keep the owned rows given, in that order, and nothing else. Writes over the ``room``."""
+        """Keep the owned rows given, in that order, and nothing else. Writes over the working room."""
         rows = rows.astype(np.intp)
         for block in self._blocks.values():
-            ordered = self.room(len(rows) * max(1, block[:1].nbytes // 8 + 1))
+            ordered = self.working_room(-(-len(rows) * block[:1].nbytes // 8))
             ordered = ordered.view(block.dtype)[: len(rows) * block[:1].size].reshape(-1, *block.shape[1:])
             np.take(block, rows, axis=0, out=ordered, mode="clip")  # "raise" would make a copy of its own
             block[: len(rows)] = ordered
         self.n, self.n_ghost = len(rows), 0
 
-    def room(self, count):
+    def working_room(self, count):
         """Memory for ``count`` numbers (float64), for what has to last no longer than to the next ``keep``."""
         if len(self._room) < count:
             self._room = memory.empty((count + count // 10,))

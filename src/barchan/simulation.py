@@ -95,7 +95,7 @@ class Simulation(Assembly):
         Args:
             begun: of a step in which grains and walls have moved already, what ``_move`` returned.
         """
-        preflight.check_prepared("step", self._loops, self._primed)
+        preflight.check_prepared("step", self._loops, self._primed, not self._torn)
         use_threads(self.threads, self.grains.n)
         self.clock.start()
         self._in_step = True
@@ -118,7 +118,8 @@ class Simulation(Assembly):
 
     def rebuild(self):
         """Find the neighbours anew. Writes no physical field. Needs ``prepare``, as ``step`` does."""
-        preflight.check_prepared("rebuild", self._loops)
+        preflight.check_prepared("rebuild", self._loops, not self._torn)
+        self._torn = True  # until it is done: whatever interrupts it
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
         known = None
@@ -138,7 +139,7 @@ class Simulation(Assembly):
             self.contacts.carry_over(order, known)
         self.staleness.remember(self.step_number)
         self._walls_then = [wall.point.copy() for wall in self.walls]
-        self._listed, self._rows = True, None
+        self._listed, self._rows, self._torn = True, None, False
 
     def compute_forces(self, dt):
         """Forces at the present positions; contact memory advances by ``dt`` (0: not at all). Needs ``prepare``."""
@@ -156,6 +157,7 @@ class Simulation(Assembly):
         Raises:
             SceneError: something cannot be run; the message says what, where, and what to do.
         """
+        self._refuse_if_torn()
         use_threads(self.threads, self.grains.n)
         if self._in_step:
             warnings.warn(
@@ -188,6 +190,7 @@ class Simulation(Assembly):
 
     def load(self, state):
         """Take up grains, contacts and counters of a ``checkpoint.State``; each rank keeps its own part."""
+        self._listed, self._torn = self._listed and not self._torn, False
         self.begin_change()
         self.grains.keep(np.zeros(0, dtype=np.int64))
         fields = dict(state.fields)
@@ -337,6 +340,7 @@ class Simulation(Assembly):
 
     def take_up_changes(self):
         """Note what users changed since the last run, so that a checkpoint knows whether its forces are current."""
+        self._refuse_if_torn()
         self._take_up_edits()
         if self._in_step:  # broken off: the forces are those of the step before
             self._primed = False

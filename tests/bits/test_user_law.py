@@ -57,6 +57,24 @@ def my_hertz(overlap, normal, normal_half, normal_velocity, tangential_velocity,
 '''
 
 
+#: Nine numbers of memory, more than the six of a force: each vector sums up the one before.
+MEMORIES = """
+import barchan as bc
+
+def summed(a, dt, b):
+    return a[0] + dt * b[0], a[1] + dt * b[1], a[2] + dt * b[2]
+
+@bc.law(properties={"kn": bc.Property("force/length", above=True)}, history={"slip": 3, "path": 3, "area": 3})
+def my_hertz(overlap, normal_velocity, slip_velocity_half, dt, kn, slip, path, area):
+    slip = summed(slip, dt, slip_velocity_half)
+    path = summed(path, dt, slip)
+    area = summed(area, dt, path)
+    pull = -0.2 * kn
+    force = (pull * (slip[0] + path[0] + area[0]), pull * (slip[1] + path[1] + area[1]), pull * (slip[2] + path[2] + area[2]))
+    return kn * overlap - 1e-3 * kn * normal_velocity, force, slip, path, area
+"""
+
+
 def from_file(folder, source=SOURCE, name="user_laws"):
     path = folder / f"{name}.py"
     path.write_text(source)
@@ -95,6 +113,26 @@ def test_a_law_in_a_notebook_gives_the_same_bits():
 def test_a_law_in_a_file_passes_the_kit(tmp_path):
     material = bc.Material("m", density=1.0, kn=1e4, kt=3e3, gamma_n=5.0, gamma_t=5.0, friction=0.5)
     assert len(check_law(from_file(tmp_path), material)) == 7
+
+
+def test_a_law_with_many_memories_keeps_them_over_rebuilds_and_a_resume(tmp_path):
+    """More rows than the room through which they are brought from list to list."""
+    law = from_file(tmp_path, MEMORIES, "memories")
+    undisturbed, rebuilt = states.dense(law), states.dense(law)
+    rebuilt.staleness.also_when = lambda step: True
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        undisturbed.run(60)
+        rebuilt.run(30)
+        save(rebuilt, tmp_path / "c.h5")
+        resumed = states.empty(law)
+        restore(resumed, tmp_path / "c.h5")
+        resumed.run(30)
+        rebuilt.run(30)
+    area = collect(undisturbed).contacts.values[:, 6:]
+    assert np.abs(area).max() > 0.0 and undisturbed.contacts.n_pairs > 1024
+    assert differences(collect(undisturbed), collect(rebuilt)) == []
+    assert differences(collect(undisturbed), collect(resumed)) == []
 
 
 @pytest.mark.parametrize(

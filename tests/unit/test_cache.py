@@ -1,6 +1,7 @@
 """Machine code is found again: a second start compiles nothing and is quick."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -49,6 +50,21 @@ def test_first_start_compiles_within_a_minute_and_the_second_compiles_nothing(tm
     compiled, seconds, names = start("silbert", tmp_path)
     assert compiled == 0, names
     assert seconds < 3.0
+
+
+ANNOUNCED = """
+import barchan as bc
+from barchan.warmup import compile_law
+compile_law(bc.laws.linear, [bc.Material("m", density=1.0, kn=1e4, kt=3e3, friction=0.5)], print)
+"""
+
+
+def test_the_announced_number_of_kernels_is_what_is_compiled(tmp_path):
+    environment = dict(os.environ, BARCHAN_CACHE_DIR=str(tmp_path))
+    done = subprocess.run([sys.executable, "-c", ANNOUNCED], capture_output=True, text=True, env=environment, check=True)
+    last = done.stdout.splitlines()[-1]
+    count, most = re.search(r"\((\d+) of at most (\d+)\)", last).groups()
+    assert count == most
 
 
 @pytest.mark.parametrize("law", bc.laws.SHIPPED)

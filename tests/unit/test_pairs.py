@@ -8,6 +8,7 @@ from scenes import NOTHING, simulation
 
 import barchan as bc
 from barchan.kernels import cells
+from barchan.kernels.lanes import LANES
 from barchan.parallel import virtual_ranks, world
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
@@ -199,6 +200,19 @@ def test_contacts_that_touch_are_in_ascending_order_of_the_partners_key(radius, 
         seen, touching = seen + len(entries), touching + count
     assert seen == 2 * contacts.n_pairs + len(contacts.wall_grain) > 100
     assert (touching > 100 and touching < seen) or radius == 4.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 300])
+def test_there_is_memory_beside_the_last_candidate(count):
+    """Eight candidates are looked at together, also where fewer are left."""
+    sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)), properties=NOTHING)
+    sim.skin, sim.max_overlap, sim.check_dt = 1.0, 1e9, False
+    sim.add_grains(np.random.default_rng(count).uniform(0, 5, (count, 3)), 0.3)
+    sim.prepare()
+    contacts = sim.contacts
+    for name in ("first", "second", "slot"):
+        assert len(contacts._stores[name]) >= len(getattr(contacts, name)) + LANES
+    assert contacts.seen.shape[1] >= count + LANES
 
 
 def test_a_grain_with_many_contacts_remembers_them_all_over_a_rebuild():

@@ -7,7 +7,8 @@ import pytest
 from scenes import NOTHING, SOFT, fingerprint, pile, simulation
 
 import barchan as bc
-from barchan.checkpoint import read_state, save
+from barchan.checkpoint import collect, read_state, restore, save
+from barchan.compare import differences
 from barchan.errors import SceneError
 from barchan.measure import contact_table
 from barchan.parallel import virtual_ranks
@@ -341,6 +342,34 @@ def test_grains_that_an_action_adds_within_a_step_are_felt_in_that_step():
     assert sim.grains.force[sim.grains.row_of(0), 0] == pytest.approx(-1000.0 * 0.02, rel=1e-9)
     sim.run(40)
     assert sim.grains.velocity[sim.grains.row_of(2), 0] > 0.0
+
+
+@pytest.mark.parametrize("part", ["put_aside", "build", "carry_over"])
+def test_a_rebuild_that_an_error_broke_off_is_not_taken_for_whole(part, tmp_path, monkeypatch):
+    """What contacts remember is neither in the old list nor in the new one: only a checkpoint helps."""
+    sim, fresh = pile(), pile()
+    sim.run(30)
+    fresh.run(30)
+    save(sim, tmp_path / "before.h5")
+    real = getattr(sim.contacts, part)
+
+    def broken(*arguments):
+        real(*arguments)
+        raise MemoryError
+
+    monkeypatch.setattr(sim.contacts, part, broken)
+    with pytest.raises(MemoryError):
+        sim.rebuild()
+    monkeypatch.undo()
+    for attempt in (lambda: sim.run(1), lambda: save(sim, tmp_path / "after.h5"), lambda: sim.add_grains([[1.0, 1.0, 9.0]], 0.5)):
+        with pytest.raises(SceneError, match="restore a checkpoint"):
+            attempt()
+    with pytest.raises(SceneError):
+        sim.step()
+    restore(sim, tmp_path / "before.h5")
+    sim.run(20)
+    fresh.run(20)
+    assert differences(collect(sim), collect(fresh)) == []
 
 
 def test_a_step_that_an_error_broke_off_is_not_taken_for_whole(tmp_path):

@@ -57,8 +57,8 @@ def cell_coordinate(x, c, grid):
 
 @helper
 def line_number(cy, cz, grid):
-    """Number of the line of cells along x that lies at ``cy`` and ``cz``; it holds the cells from that number times those of a
-    line on."""
+    """Number of the line of cells along x that lies at ``cy`` and ``cz``. Its first cell is that number times the cells of a
+    line."""
     strip = grid[STRIP, 1]
     first = np.floor((cy + 0.5) / strip) * strip  # whole numbers would be divided one by one
     return int(first * grid[SHAPE, 2] + cz * min(strip, grid[SHAPE, 1] - first) + cy - first)

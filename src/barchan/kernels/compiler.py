@@ -152,7 +152,7 @@ def default_threads():
 
 
 #: Kernels of a scene that starts with an empty cache.
-_KERNELS = 31
+_KERNELS = 36
 
 
 class _Kernels(event.Listener):

@@ -139,13 +139,14 @@ def module_text(law, uniform):
     hoisted = [f"{p} = table[{row}, 0]" for row, p in enumerate(parameters)]
     looked_up = [f"{p} = table[{row}, pair]" for row, p in enumerate(parameters)]
     forces = [f"out[{row}, k] = {name}" for row, name in enumerate(("fx", "fy", "fz", "ax", "ay", "az"))]
-    kept, kept_at_wall = (
-        [f"fresh[{at.format(row)}] = {flat} if dt > 0.0 else history[{row}, old]" for row, flat in enumerate(memory)]
-        for at in ("p, {}, c", "{}, c")
-    )
-    moved, moved_at_wall = (
-        [f"history[{row}, home + e] = fresh[{at.format(row)}]" for row in range(len(memory))] for at in ("p, {}, e", "{}, e")
-    )
+    new = [f"{flat} if dt > 0.0 else history[{row}, old]" for row, flat in enumerate(memory)]
+    kept = [f"fresh[p, {row}, c] = {value}" for row, value in enumerate(new)]
+    kept_at_wall = [f"fresh[{row}, c] = {value}" for row, value in enumerate(new)]
+    moved = ["for e in range(count):", *(f"    history[{row}, home + e] = fresh[p, {row}, e]" for row in range(len(memory)))]
+    moved_at_wall = [
+        "for e in range(barchan_np.uint64(grain.shape[0])):",
+        *(f"    history[{row}, home + e] = fresh[{row}, e]" for row in range(len(memory))),
+    ]
     read = [f"history[{row}, old]" for row in range(len(memory))]
     arm_first, arm_second, wall_arm = ARMS[law.lever]
     lens = law.lever == "lens"
@@ -170,10 +171,8 @@ def module_text(law, uniform):
         flat_arguments=", ".join([*parameters, *read]),
         keep=deepest.join([*forces, *arms, *kept]),
         keep_at_wall=deep.join([*forces, *arm_at_wall, *kept_at_wall]),
-        keep_fresh=deepest.join(["for e in range(count):", *moved]) if memory else "pass",
-        keep_fresh_at_wall=deep.join(["for e in range(barchan_np.uint64(grain.shape[0])):", *moved_at_wall])
-        if memory
-        else "pass",
+        keep_fresh="\n            ".join(moved) if memory else "pass",
+        keep_fresh_at_wall=shallow.join(moved_at_wall) if memory else "pass",
         hoisted=(shallow.join(hoisted) or "pass") if uniform else "pass",
         gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),

@@ -12,29 +12,22 @@ def find_columns(slot, n_pairs, block, columns):
     """Write the column of each contact's memory into ``columns``, or 0 if it does not touch; see ``kernels/template.py``."""
     blocks = (n_pairs + block - 1) // block
     for number in prange(blocks):
-        rank = 0
+        column = number * block
         for k in range(number * block, min((number + 1) * block, n_pairs)):
-            rank += slot[k] != 0
-            columns[k] = number * block + rank if slot[k] != 0 else 0
+            touches = slot[k] != 0
+            column += touches
+            columns[k] = column * touches
     for k in range(n_pairs, slot.shape[0]):
         columns[k] = blocks * block + 1 + k - n_pairs if slot[k] != 0 else 0
 
 
 @kernel(parallel=True)
-def bring_memory(slot, n_pairs, block, history, brought):
-    """Write the columns of ``history`` that ``slot`` tells into ``brought``, each where ``find_columns`` has it."""
-    blocks = (n_pairs + block - 1) // block
-    for number in prange(blocks):
-        column = number * block
-        for k in range(number * block, min((number + 1) * block, n_pairs)):
-            if slot[k] != 0:
-                column += 1
-                for c in range(history.shape[0]):
-                    brought[c, column] = history[c, slot[k]]
-    for k in range(n_pairs, slot.shape[0]):
-        if slot[k] != 0:
-            for c in range(history.shape[0]):
-                brought[c, blocks * block + 1 + k - n_pairs] = history[c, slot[k]]
+def bring_memory(slot, columns, history, brought):
+    """Write the columns of ``history`` that ``slot`` tells into ``columns`` of ``brought``; a contact without memory brings
+    column 0 to column 0."""
+    for k in prange(slot.shape[0]):
+        for c in range(history.shape[0]):
+            brought[c, columns[k]] = history[c, slot[k]]
 
 
 @kernel(parallel=True)
@@ -122,7 +115,7 @@ GONE = np.uint32(0xFFFFFFFF)
 
 
 @kernel()
-def list_touching(first, second, wall_grain, wall_key, slot, columns, rows):
+def list_remembered(first, second, wall_grain, wall_key, slot, columns, rows):
     """Write the contacts that touch into ``rows`` (3, ...): both rows of a pair, or the row and the number of the wall, and
     the column of its memory. ``slot`` becomes the number of each among them.
 
@@ -163,7 +156,7 @@ def find_pairs_again(n_pairs, rows, new_row, offsets, first, second, slot, moved
     """Give pairs that touched their columns in the new list; ``slot``, all zero before, is modified.
 
     Args:
-        n_pairs, rows: as ``list_touching`` left them.
+        n_pairs, rows: as ``list_remembered`` left them.
         new_row: (owned,) new row of each old one.
         offsets: pairs that grain i found are ``offsets[i]`` to ``offsets[i + 1]``; it is the lower row of the two.
         moved: becomes the new number of each, or ``GONE``.

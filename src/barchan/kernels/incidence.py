@@ -108,13 +108,12 @@ def order_incidence(parts, changed, first, second, ids, wall_key, slot, start, t
             if changed[i] != 0:
                 begin = start[i]
                 end = touching_first(begin, start[i + 1], incidence, slot)
-                if end - begin < 2:
-                    pass
-                elif end - begin <= room.shape[2]:
+                count = end - begin
+                if 1 < count <= room.shape[2]:
                     sort_by_rank(i, begin, end, incidence, first, second, ids, wall_key, room[p])
-                else:
+                elif count > 1:
                     sort_by_insertion(i, begin, end, incidence, first, second, ids, wall_key)
-                touched[i] = end - begin
+                touched[i] = count
                 changed[i] = 0
 
 

@@ -1,8 +1,10 @@
 """Eight rows side by side, in vectors that are written out: LLVM finds none in loops as short as a run of neighbours, or in those
 that list what they find.
 
-The vectors are LLVM's own, so they work on every processor, as one register or as several. (Measured: the neighbour search takes
-half as long as with a vectorised loop over rows listed before.) Without compilation the functions below run as they stand.
+The vectors are LLVM's own, so they work on every little-endian processor, as one register or as several. (Measured: the neighbour
+search takes half as long as with a vectorised loop over rows listed before.) What lies beside the rows asked for is read, and
+sometimes written as it was: it has to exist, and must not be another thread's. Without compilation the functions below run as
+they stand.
 """
 
 import numpy as np
@@ -11,7 +13,7 @@ from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-#: Rows that are looked at together.
+#: Rows that are looked at together; the tables and shuffles below are made for this number.
 LANES = 8
 
 _WORD, _INDEX, _BYTE, _DOUBLE = ir.IntType(64), ir.IntType(32), ir.IntType(8), ir.DoubleType()
@@ -59,7 +61,7 @@ class _Vectors:
         return builder.bitcast(builder.gep(array.data, [column]), vector.as_pointer())
 
     def load(self, array, line, column, vector):
-        """Eight neighbours in a line of an array, or in an array of one dimension if ``line`` is None."""
+        """Eight neighbours in a line of an array, or among all its numbers if ``line`` is None."""
         return self.builder.load(self._pointer(array, line, column, vector), align=_ALIGNED[vector])
 
     def store(self, value, array, line, column):
@@ -69,7 +71,7 @@ class _Vectors:
         """A set of lanes as a number."""
         return self.builder.zext(self.builder.bitcast(truths, ir.IntType(LANES)), _WORD)
 
-    def first(self, begin, over):
+    def lanes_before(self, begin, over):
         """The set of those lanes that lie before ``over``."""
         left = self.builder.sub(over, begin)
         left = self.builder.select(self.builder.icmp_unsigned("<", left, _WORD(LANES)), left, _WORD(LANES))
@@ -132,7 +134,7 @@ def _list_near(typing_context, seen, begin, over, at, period, row, looked, count
         own = vectors.splat(builder.extract_value(at, 3), _DOUBLES)
         reach = builder.fadd(vectors.load(seen, 3, begin, _DOUBLES), own)
         near = vectors.bits(builder.fcmp_ordered("<", square, builder.fmul(reach, reach)))
-        near = builder.and_(near, vectors.first(begin, over))
+        near = builder.and_(near, vectors.lanes_before(begin, over))
         vectors.store(vectors.indices(row), looked, 0, count)
         vectors.append(near, begin, looked, 1, count)
         return builder.add(count, vectors.count(near))
@@ -173,13 +175,13 @@ def _list_touching(typing_context, first, second, place, begin, over, lengths, h
         slot, rows, branch = vectors.array(7, slot), vectors.array(10, rows), vectors.array(11, branch)
         count, news, before = (builder.extract_value(found, k) for k in range(3))
 
-        valid = vectors.first(begin, over)
+        valid = vectors.lanes_before(begin, over)
         is_valid = builder.bitcast(builder.trunc(valid, ir.IntType(LANES)), ir.VectorType(ir.IntType(1), LANES))
         none = ir.Constant(_INDICES, [0] * LANES)
         i, j = (builder.select(is_valid, vectors.load(array, None, begin, _INDICES), none) for array in (first, second))
-        last = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [0, 0, 0, 1] * 2)
+        is_radius = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [0, 0, 0, 1] * 2)
         rows_of_both = zip(vectors.rows_of_four(place, i), vectors.rows_of_four(place, j))
-        both = [builder.select(last, builder.fadd(a, b), builder.fsub(a, b)) for a, b in rows_of_both]
+        both = [builder.select(is_radius, builder.fadd(a, b), builder.fsub(a, b)) for a, b in rows_of_both]
         *branches, reach = vectors.columns_of_four(both)
         square = None
         for axis, d in enumerate(branches):
@@ -218,8 +220,8 @@ def list_touching(first, second, place, begin, over, lengths, halves, slot, colu
     Args:
         first, second: rows of the pairs; eight from ``begin`` on have to exist in memory.
         place: (n, 4) coordinates and radii.
-        lengths, halves: of the box, three numbers each, infinite where it has no period.
-        slot: becomes ``column`` and the number of those that touch before, or 0, as ``first`` goes.
+        lengths, halves: of the box, three numbers each; the halves are infinite where it has no period.
+        slot: like ``first``; becomes ``column`` and the number of those that touch before, or 0.
         b: what the pair ``begin`` is called in ``rows`` and ``branch``, its place in a block; the next is ``b`` + 1.
         rows: (3, ...) those that touch, by appending; the column of the memory of each, or 0, at its ``b``; those that touch and
             did not or did and do not touch, by appending.

@@ -7,7 +7,7 @@ from barchan.kernels.compiler import helper, kernel, prange, widest_lanes
 from barchan.kernels.lanes import LANES, list_near
 
 #: Pairs of rows that are found before they are written into the list.
-BLOCK = 1024
+FOUND = 1024
 
 #: Most lines around a line of cells, and runs of rows around a cell: of owned grains and of ghosts, in two parts where a period
 #: ends.
@@ -103,11 +103,11 @@ def find_pairs(
     to ``start[c + 1]``; ghosts are listed by cell in ``ghost_rows``. ``seen`` is what ``see_places`` wrote.
 
     ``counts``, how many pairs each grain found, and ``ends``, where those of each thread end, are modified; an end above
-    ``bounds[p + 1]`` - ``BLOCK`` means that pairs are missing and the room must grow. ``lines`` (threads, 2, LINES),
-    ``runs`` (threads, 2, RUNS) and ``looked`` (threads, 2, BLOCK) are room to work in."""
+    ``bounds[p + 1]`` - ``FOUND`` means that pairs may be missing and the room must grow. ``lines`` (threads, 2, LINES),
+    ``runs`` (threads, 2, RUNS) and ``looked`` (threads, 2, FOUND) are room to work in."""
     nx = np.uint64(grid[SHAPE, 0])
     period = grid[PERIOD, 0], grid[PERIOD, 1], grid[PERIOD, 2]
-    full = np.uint64(looked.shape[2] - 2 * LANES)
+    full = np.uint64(looked.shape[2] - LANES)
     for p in prange(parts.shape[0] - 1):
         widest_lanes()
         end, last, length = bounds[p], bounds[np.uint64(p + 1)], np.uint64(0)
@@ -149,4 +149,4 @@ def see_places(place, ghost_rows, seen):
 def rooms(threads):
     """Room to work in for ``find_pairs``: lines, runs, looked."""
     lines = np.empty((threads, 2, LINES), np.int64)
-    return lines, *(np.empty((threads, 2, count), np.uint32) for count in (RUNS, BLOCK))
+    return lines, *(np.empty((threads, 2, count), np.uint32) for count in (RUNS, FOUND))

@@ -18,12 +18,14 @@ its arm times n x F_t (six rows instead of nine are a third less to write and re
 import numpy as np
 
 from barchan.kernels.compiler import shares
+from barchan.kernels.lanes import LANES
 
 #: Overlap of a contact that rounding puts on the edge of touching. Its square root and its square are ordinary numbers.
 TINY = 1e-100
 
 #: Candidates that are looked at before those that touch are computed: 30 kB of memory in between (measured: 256 to 2048 alike).
-BLOCK = 512
+#: A multiple of the lanes, so that a block's are never another thread's.
+BLOCK = 64 * LANES
 
 MODULE = '''"""Loops of the law '{law}', written by barchan. Do not edit: it is found by the hash of its text."""
 
@@ -150,7 +152,7 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
                 number, offset, dt, allowed_overlap, max_overlap):
     """Forces of all contacts of grains with walls. Rows of ``surface``: distance, normal, half-step normal, velocity of
     the wall at the contact, curvature. Contact c is number ``number`` + c, its column is ``offset`` + c + 1. Modifies and returns
-    what ``pair_forces`` does; ``fresh`` is room for the memory of all."""
+    what ``pair_forces`` does; ``fresh`` is room for the memory of all of them."""
     {hoisted}
     touching = 0
     large = 0

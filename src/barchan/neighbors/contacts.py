@@ -64,9 +64,10 @@ class Contacts:
         start, incidence: contacts of each owned grain i, ``incidence[start[i]:start[i + 1]]``, as 2 * contact + side.
         touched: (owned,) how many of them touch; they come first, in ascending order of the partner's key.
         changed: (rows,) 1 for grains of which that may no longer be so, since a contact began or ended.
-        slot: (contacts,) column in which a contact that touches keeps its force; 0 of one that does not.
+        slot: (contacts,) column in which a contact that touches keeps its force; 0 of one that does not. Between a rebuild and
+            the next forces only that tells anything.
         history: (width, columns) memory of the law as seen from the first grain, in the order of ``kernels/template.py``;
-            column 0 holds zeros. There are more columns than contacts.
+            column 0 holds zeros. There is a column for each candidate of whole blocks, and for each wall contact.
         out: (6 or 8, columns): force on the first, n x F_t, and for lens arms the arms of both (``kernels/template.py``);
             column 0 holds zeros.
         surface: (11, wall contacts) geometry of wall contacts at this step.
@@ -122,11 +123,12 @@ class Contacts:
     def put_aside(self):
         """What has to be remembered of this list for ``carry_over``. It lies where the forces of the step before were, which are
         needed no more; the list itself is worth nothing afterwards."""
+        self.computed = False
         self._order_incidence()
         room = self.out.view(np.uint32)  # two numbers for each column
-        rows, entries, moved = room[:3], room[3], room[4]
+        rows, entries, moved, columns = room[:3], room[3], room[4], self._memory_columns(room[5])
         contacts = (self.first, self.second, self.wall_grain, self.wall_key)
-        n_pairs, count = history_kernels.list_touching(*contacts, self.slot, self._memory_columns(), rows)
+        n_pairs, count = history_kernels.list_remembered(*contacts, self.slot, columns, rows)
         begin = np.zeros(len(self.touched) + 1, dtype=np.uint32)
         np.cumsum(self.touched, out=begin[1:])
         history_kernels.list_order(self.start, self.touched, self.incidence, self.slot, begin, entries)
@@ -151,15 +153,15 @@ class Contacts:
         parts, counts = np.searchsorted(start, shares(grains.n)).astype(np.uint64), np.empty(grains.n, dtype=np.uint32)
         parts[-1] = grid.n_cells
         rooms = pair_kernels.rooms(len(parts) - 1)
-        self.seen = grains.room(4 * (len(place) + LANES)).reshape(4, -1)
+        self.seen = grains.working_room(4 * (len(place) + LANES)).reshape(4, -1)
         pair_kernels.see_places(place, ghost_rows, self.seen)
         search = (start, ghost_start, ghost_rows, self.seen, frozen, grains.view("id", ghosts=True), skin, grid.table)
         while True:
-            room = int(self._pairs_per_grain * grains.n) + 2 * pair_kernels.BLOCK * (len(parts) - 1)
+            room = int(self._pairs_per_grain * grains.n) + 2 * pair_kernels.FOUND * (len(parts) - 1)
             bounds, ends = shares(room), np.empty(len(parts) - 1, dtype=np.uint64)
             first, second = (self._array(name, np.uint32, room) for name in ("first", "second"))
             pair_kernels.find_pairs(parts, bounds, *search, *rooms, first, second, counts, ends)
-            if (ends + np.uint64(pair_kernels.BLOCK) <= bounds[1:]).all():
+            if (ends + np.uint64(pair_kernels.FOUND) <= bounds[1:]).all():  # so that rows exist beside the last, for the lanes
                 break
             self._pairs_per_grain = 1.05 * float((ends - bounds[:-1]).max()) * len(ends) / grains.n
         n_pairs = 0
@@ -237,9 +239,10 @@ class Contacts:
         self.history, self.out = memory.empty((self.history_width, room)), memory.empty((self.out_rows, room))
         self.history[:, : history.shape[1]] = history
 
-    def _memory_columns(self):
-        """The column of each contact's memory, 0 if it has none."""
-        columns = np.empty(len(self.slot), dtype=np.uint32)
+    def _memory_columns(self, room=None):
+        """The column of each contact's memory, 0 if it has none; written into ``room`` if it is given (fresh memory takes twice
+        the time)."""
+        columns = np.empty(len(self.slot), dtype=np.uint32) if room is None else room[: len(self.slot)]
         history_kernels.find_columns(self.slot, self.n_pairs, BLOCK, columns)
         return columns
 
@@ -250,10 +253,11 @@ class Contacts:
     def _arrange_memory(self):
         """Bring the memory from the columns that ``slot`` tells to where it belongs, through the room of the forces."""
         last = 1 + self._wall_column + len(self.wall_grain)
-        for begin in range(0, self.history_width, self.out_rows):
-            history = self.history[begin : begin + self.out_rows]
+        columns, at_a_time = self._memory_columns(self.out[-1].view(np.uint32)), self.out_rows - 1
+        for begin in range(0, self.history_width, at_a_time):
+            history = self.history[begin : begin + at_a_time]
             brought = self.out[: len(history)]
-            history_kernels.bring_memory(self.slot, self.n_pairs, BLOCK, history, brought)
+            history_kernels.bring_memory(self.slot, columns, history, brought)
             history[:, 1:last] = brought[:, 1:last]
 
     def compute(self, loops, grains, setting):
