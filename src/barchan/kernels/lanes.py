@@ -2,9 +2,9 @@
 that list what they find.
 
 The vectors are LLVM's own, so they work on every little-endian processor, as one register or as several. (Measured: the neighbour
-search takes half as long as with a vectorised loop over rows listed before.) What lies beside the rows asked for is read, and
-sometimes written as it was: it has to exist, and must not be another thread's. Without compilation the functions below run as
-they stand.
+search takes 3.0 ms instead of 4.3 with a vectorised loop over rows listed before.) What lies beside the rows asked for is read,
+and sometimes written as it was: it has to exist, and must not be another thread's. Without compilation the functions below run
+as they stand.
 """
 
 import numpy as np

@@ -240,8 +240,7 @@ class Contacts:
         self.history[:, : history.shape[1]] = history
 
     def _memory_columns(self, room=None):
-        """The column of each contact's memory, 0 if it has none; written into ``room`` if it is given (fresh memory takes twice
-        the time)."""
+        """The column of each contact's memory, 0 if it has none; written into ``room`` if it is given, which needs no memory."""
         columns = np.empty(len(self.slot), dtype=np.uint32) if room is None else room[: len(self.slot)]
         history_kernels.find_columns(self.slot, self.n_pairs, BLOCK, columns)
         return columns
