@@ -234,7 +234,8 @@ class Assembly:
         """
         if self._torn:
             raise SceneError(
-                "finding the neighbours was broken off by an error, which lost the memory of contacts; restore a checkpoint"
+                "finding the neighbours was broken off by an error, which lost the memory of contacts; "
+                "restore a checkpoint, or make the scene anew"
             )
 
     def begin_change(self):

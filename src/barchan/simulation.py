@@ -95,7 +95,8 @@ class Simulation(Assembly):
         Args:
             begun: of a step in which grains and walls have moved already, what ``_move`` returned.
         """
-        preflight.check_prepared("step", self._loops, self._primed, not self._torn)
+        self._refuse_if_torn()
+        preflight.check_prepared("step", self._loops, self._primed)
         use_threads(self.threads, self.grains.n)
         self.clock.start()
         self._in_step = True
@@ -118,7 +119,8 @@ class Simulation(Assembly):
 
     def rebuild(self):
         """Find the neighbours anew. Writes no physical field. Needs ``prepare``, as ``step`` does."""
-        preflight.check_prepared("rebuild", self._loops, not self._torn)
+        self._refuse_if_torn()
+        preflight.check_prepared("rebuild", self._loops)
         self._torn = True  # until it is done: whatever interrupts it
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
@@ -190,7 +192,8 @@ class Simulation(Assembly):
 
     def load(self, state):
         """Take up grains, contacts and counters of a ``checkpoint.State``; each rank keeps its own part."""
-        self._listed, self._torn = self._listed and not self._torn, False
+        if self._torn:  # there is no list to put away
+            self._listed = self._torn = False
         self.begin_change()
         self.grains.keep(np.zeros(0, dtype=np.int64))
         fields = dict(state.fields)

@@ -9,7 +9,7 @@ import states
 import barchan as bc
 from barchan.checkpoint import collect, restore, save
 from barchan.compare import differences
-from barchan.kernels import compiler
+from barchan.kernels import cells, compiler
 from barchan.measure import contact_table
 from barchan.parallel import virtual_ranks
 
@@ -181,6 +181,23 @@ def test_ctrl_c_while_many_steps_are_made_in_one_call(steps, monkeypatch):
         assert stopped.step_number == steps
         stopped.run(40 - steps)
     assert_same(collect(whole), collect(stopped))
+
+
+def test_strips_of_cells(monkeypatch):
+    """The order of rows in a box so wide that it has several strips, here of 4 lines, on threads and ranks."""
+    law = bc.laws.SHIPPED["hertz"]
+
+    def run(threads=1):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim = states.dense(law, threads=threads)
+            sim.run(STEPS)
+        return collect(sim)
+
+    one_strip = run()
+    monkeypatch.setattr(cells, "LAYER", 1.0)
+    for other in (run(), run(threads=2), virtual_ranks(3, run)[0]):
+        assert_same(one_strip, other)
 
 
 def test_rebuilds_before_the_first_step_after_resume(tmp_path):
