@@ -116,7 +116,7 @@ def test_a_law_in_a_file_passes_the_kit(tmp_path):
 
 
 def test_a_law_with_many_memories_keeps_them_over_rebuilds_and_a_resume(tmp_path):
-    """More rows than the room through which they are brought from list to list."""
+    """More rows than a force has, in whose room they are brought from list to list."""
     law = from_file(tmp_path, MEMORIES, "memories")
     undisturbed, rebuilt = states.dense(law), states.dense(law)
     rebuilt.staleness.also_when = lambda step: True

@@ -22,12 +22,22 @@ def find_columns(slot, n_pairs, block, columns):
 
 
 @kernel(parallel=True)
-def bring_memory(slot, columns, history, brought):
-    """Write the columns of ``history`` that ``slot`` tells into ``columns`` of ``brought``; a contact without memory brings
-    column 0 to column 0."""
-    for k in prange(slot.shape[0]):
+def bring_memory(slot, n_pairs, block, history, brought):
+    """Bring the columns of ``history`` that ``slot`` tells to where they belong in ``brought``. A contact that does not touch
+    writes where the next one that does will: to one column for all of them, threads would write in turns (measured at
+    1,000,000 grains: 83 ms on two threads, 18 on one)."""
+    blocks = (n_pairs + block - 1) // block
+    for number in prange(blocks):
+        column = number * block + 1
+        for k in range(number * block, min((number + 1) * block, n_pairs)):
+            for c in range(history.shape[0]):
+                brought[c, column] = history[c, slot[k]]
+            column += slot[k] != 0
+    for k in range(n_pairs, slot.shape[0]):
         for c in range(history.shape[0]):
-            brought[c, columns[k]] = history[c, slot[k]]
+            brought[c, blocks * block + 1 + k - n_pairs] = history[c, slot[k]]
+    for c in range(history.shape[0]):
+        brought[c, 0] = 0.0
 
 
 @kernel(parallel=True)
@@ -115,29 +125,33 @@ GONE = np.uint32(0xFFFFFFFF)
 
 
 @kernel()
-def list_remembered(first, second, wall_grain, wall_key, slot, columns, rows):
+def list_remembered(first, second, wall_grain, wall_key, slot, block, rows):
     """Write the contacts that touch into ``rows`` (3, ...): both rows of a pair, or the row and the number of the wall, and
     the column of its memory. ``slot`` becomes the number of each among them.
 
     Returns:
         (pairs, all)."""
     n_pairs = first.shape[0]
+    blocks = (n_pairs + block - 1) // block
     count = 0
-    for k in range(n_pairs):
-        column = columns[k]
-        rows[0, count] = first[k]
-        rows[1, count] = second[k]
-        rows[2, count] = column
-        slot[k] = count
-        count += column != 0
+    for number in range(blocks):
+        column = number * block
+        for k in range(number * block, min((number + 1) * block, n_pairs)):
+            touches = slot[k] != 0
+            column += touches
+            rows[0, count] = first[k]
+            rows[1, count] = second[k]
+            rows[2, count] = column
+            slot[k] = count
+            count += touches
     pairs = count
     for c in range(wall_grain.shape[0]):
-        column = columns[n_pairs + c]
+        touches = slot[n_pairs + c] != 0
         rows[0, count] = wall_grain[c]
         rows[1, count] = -1 - wall_key[c]
-        rows[2, count] = column
+        rows[2, count] = blocks * block + 1 + c
         slot[n_pairs + c] = count
-        count += column != 0
+        count += touches
     return pairs, count
 
 

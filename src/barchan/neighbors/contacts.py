@@ -83,7 +83,8 @@ class Contacts:
         self.start, self.incidence = np.zeros(1, dtype=np.uint32), np.zeros(0, dtype=np.uint32)
         self.touched, self.changed = np.zeros(0, dtype=np.uint32), np.zeros(0, dtype=np.uint8)
         self.slot, self.surface = np.zeros(0, dtype=np.uint32), np.zeros((11, 0))
-        self.history, self.out = np.zeros((law.history_width, 1)), np.zeros((self.out_rows, 1))
+        self._store, self._history_first = np.zeros((law.history_width + max(law.history_width, self.out_rows), 1)), True
+        self._lay_out()
         self._fresh_at_walls, self.computed = np.zeros((law.history_width, 0)), False
         self._ids = np.zeros(0, dtype=np.int64)
         self.wall_ranges, self._pairs_per_grain, self._stores = [], 4.0, {}
@@ -126,9 +127,9 @@ class Contacts:
         self.computed = False
         self._order_incidence()
         room = self.out.view(np.uint32)  # two numbers for each column
-        rows, entries, moved, columns = room[:3], room[3], room[4], self._memory_columns(room[5])
+        rows, entries, moved = room[:3], room[3], room[4]
         contacts = (self.first, self.second, self.wall_grain, self.wall_key)
-        n_pairs, count = history_kernels.list_remembered(*contacts, self.slot, columns, rows)
+        n_pairs, count = history_kernels.list_remembered(*contacts, self.slot, BLOCK, rows)
         begin = np.zeros(len(self.touched) + 1, dtype=np.uint32)
         np.cumsum(self.touched, out=begin[1:])
         history_kernels.list_order(self.start, self.touched, self.incidence, self.slot, begin, entries)
@@ -234,30 +235,34 @@ class Contacts:
         count = max(least, self._wall_column + len(self.wall_grain))
         if self.out.shape[1] > count:
             return
-        room = 1 + count + count // 8
-        history = self.history
-        self.history, self.out = memory.empty((self.history_width, room)), memory.empty((self.out_rows, room))
-        self.history[:, : history.shape[1]] = history
+        store = memory.empty((self.history_width + max(self.history_width, self.out_rows), 1 + count + count // 8))
+        store[: self.history_width, : self.history.shape[1]] = self.history
+        self._store, self._history_first = store, True
+        self._lay_out()
 
-    def _memory_columns(self, room=None):
-        """The column of each contact's memory, 0 if it has none; written into ``room`` if it is given, which needs no memory."""
-        columns = np.empty(len(self.slot), dtype=np.uint32) if room is None else room[: len(self.slot)]
+    def _lay_out(self):
+        """Memory at one end of the store, forces at the other."""
+        width, rows = self.history_width, len(self._store)
+        self.history, self.out = self._store[:width], self._store[rows - self.out_rows :]
+        if not self._history_first:
+            self.history, self.out = self._store[rows - width :], self._store[: self.out_rows]
+
+    def _arrange_memory(self):
+        """Bring the memory from the columns that ``slot`` tells to where it belongs: to the other end of the store, where forces
+        were, which are needed no more."""
+        before, self._history_first = self.history, not self._history_first
+        self._lay_out()
+        history_kernels.bring_memory(self.slot, self.n_pairs, BLOCK, before, self.history)
+
+    def _memory_columns(self):
+        """The column of each contact's memory, 0 if it has none."""
+        columns = np.empty(len(self.slot), dtype=np.uint32)
         history_kernels.find_columns(self.slot, self.n_pairs, BLOCK, columns)
         return columns
 
     def memory(self):
         """What each contact remembers, (width, contacts); zeros if it does not touch."""
         return self.history[:, self._memory_columns()]
-
-    def _arrange_memory(self):
-        """Bring the memory from the columns that ``slot`` tells to where it belongs, through the room of the forces."""
-        last = 1 + self._wall_column + len(self.wall_grain)
-        columns, at_a_time = self._memory_columns(self.out[-1].view(np.uint32)), self.out_rows - 1
-        for begin in range(0, self.history_width, at_a_time):
-            history = self.history[begin : begin + at_a_time]
-            brought = self.out[: len(history)]
-            history_kernels.bring_memory(self.slot, columns, history, brought)
-            history[:, 1:last] = brought[:, 1:last]
 
     def compute(self, loops, grains, setting):
         """Forces of all contacts; memory advances by the time step, forces are kept by column.
