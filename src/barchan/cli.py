@@ -139,10 +139,11 @@ def bench(
     from barchan.bench import benchmark, results
 
     signal.signal(signal.SIGTERM, _interrupted)  # no code of the benchmark shall outlive it
-    result = benchmark.run(case, threads, ranks, Journal())
     path = json or Path("runs") / "bench" / f"{case}.json"
-    picture = results.write(result, path)
-    typer.echo("\n".join([*results.lines(result), f"  written: {path}, {picture}"]))
+    results.check_path(path)
+    result = benchmark.run(case, threads, ranks, Journal())
+    typer.echo("\n".join(results.lines(result)))
+    typer.echo(f"  written: {path}, {results.write(result, path)}")
 
 
 @app.command()

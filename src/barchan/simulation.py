@@ -17,7 +17,7 @@ from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
 from barchan.kernels.steps import Progress
-from barchan.neighbors.contacts import Setting
+from barchan.neighbors.contacts import Contacts, Setting
 from barchan.neighbors.staleness import Staleness
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
@@ -162,11 +162,7 @@ class Simulation(Assembly):
         self._refuse_if_torn()
         use_threads(self.threads, self.grains.n)
         if self._in_step:
-            warnings.warn(
-                f"step {self.step_number} was broken off by an error; its forces are computed anew, and the run will not have "
-                f"the bits of one that was not. A checkpoint has them",
-                stacklevel=3,
-            )
+            self._warn_of_broken_step("the run")
             self._primed = self._in_step = False
         self._take_up_edits()
         if not (self._primed and self._listed):
@@ -192,8 +188,11 @@ class Simulation(Assembly):
 
     def load(self, state):
         """Take up grains, contacts and counters of a ``checkpoint.State``; each rank keeps its own part."""
-        if self._torn:  # there is no list to put away
+        if self._torn:  # there is no list to put away, and who knows what is left of its memory
             self._listed = self._torn = False
+            self.contacts = Contacts(self.law)
+        self._in_step = self._stopping = False  # whatever ended the last run
+        self._fault = None
         self.begin_change()
         self.grains.keep(np.zeros(0, dtype=np.int64))
         fields = dict(state.fields)
@@ -345,10 +344,18 @@ class Simulation(Assembly):
         """Note what users changed since the last run, so that a checkpoint knows whether its forces are current."""
         self._refuse_if_torn()
         self._take_up_edits()
-        if self._in_step:  # broken off: the forces are those of the step before
+        if self._in_step:  # the forces are those of the step before
+            self._warn_of_broken_step("a run from what is saved now")
             self._primed = False
         if self._table is not None and not np.array_equal(self.materials.table(self.law), self._table):
             self._primed = False
+
+    def _warn_of_broken_step(self, what):
+        warnings.warn(
+            f"step {self.step_number} was broken off by an error; its forces are computed anew, and {what} will not have the "
+            f"bits of one that was not. An earlier checkpoint has them",
+            stacklevel=4,
+        )
 
     def _take_up_edits(self):
         """Bring in what users wrote since the last run; all ranks do if one does."""

@@ -15,7 +15,7 @@ from barchan.bench import benchmark, comparison, results
 from barchan.bench.cases import small
 from barchan.bench.peers.peer import Peer
 from barchan.bench.process import Code, family
-from barchan.errors import RunError
+from barchan.errors import RunError, SceneError
 from barchan.report import Journal
 
 FAKE = Path(__file__).with_name("fake_code.py")
@@ -143,9 +143,23 @@ def test_a_driver_ends_when_the_benchmark_is_killed(case, tmp_path):
     asker.stdout.close()
 
 
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("x.png", "must end in .json"), (".", "must end in .json"), ("d.json", "is a directory"), ("f/x.json", "cannot be written")],
+)
+def test_a_file_that_cannot_hold_the_result_is_refused_before_the_measurement(name, message, tmp_path):
+    (tmp_path / "d.json").mkdir()
+    (tmp_path / "f").write_text("")
+    with pytest.raises(SceneError, match=message):
+        results.check_path(tmp_path / name)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["d.json", "f"]
+
+
 def test_the_result_is_json_in_the_agreed_form_with_a_table_and_a_figure(case, tmp_path):
     peers = [fake("ours"), fake("slow", pace=3e-4), Peer("absent", missing="not installed (say why)")]
     result = benchmark.measure(case, peers, quiet())
+    results.check_path(tmp_path / "new" / "x.json")
+    assert not (tmp_path / "new").exists()
     picture = results.write(result, tmp_path / "new" / "x.json")
     assert picture == tmp_path / "new" / "x.png" and picture.read_bytes()[1:4] == b"PNG"
     read = json.loads((tmp_path / "new" / "x.json").read_text())

@@ -9,8 +9,9 @@ from scenes import NOTHING, SOFT, fingerprint, pile, simulation
 import barchan as bc
 from barchan.checkpoint import collect, read_state, restore, save
 from barchan.compare import differences
-from barchan.errors import SceneError
+from barchan.errors import OverlapError, SceneError
 from barchan.measure import contact_table
+from barchan.neighbors.contacts import Contacts
 from barchan.parallel import virtual_ranks
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
@@ -378,8 +379,53 @@ def test_a_step_that_an_error_broke_off_is_not_taken_for_whole(tmp_path):
     sim.actions = [Trip()]
     with pytest.raises(RuntimeError, match="tripped"):
         sim.run(50)
-    save(sim, tmp_path / "broken.h5")
+    with pytest.warns(UserWarning, match="step 20 was broken off.*a run from what is saved now"):
+        save(sim, tmp_path / "broken.h5")
     assert not read_state(tmp_path / "broken.h5").about["forces_are_current"]
     with pytest.warns(UserWarning, match="step 20 was broken off"):
         sim.run(30)
     assert sim.step_number == 50
+
+
+@pytest.mark.parametrize("broken", ["by an error", "and its error was never told"])
+def test_a_state_that_is_restored_knows_nothing_of_the_step_that_was_broken_off(broken, tmp_path):
+    """A run ends in the middle of a step; a checkpoint taken up by the same simulation goes on with the bits that it has."""
+    sim, fresh = pile(), pile()
+    for one in (sim, fresh):
+        one.run(30)
+    save(sim, tmp_path / "before.h5")
+    if broken == "by an error":
+        sim.max_overlap = 1e-9
+        with pytest.raises(OverlapError):
+            sim.run(20)
+        assert sim._in_step
+    else:
+        sim._fault = OverlapError("of a run that Ctrl-C ended")
+    sim.max_overlap = fresh.max_overlap
+    restore(sim, tmp_path / "before.h5")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.run(20)
+    fresh.run(20)
+    assert differences(collect(sim), collect(fresh)) == []
+
+
+def test_what_a_broken_off_rebuild_left_of_the_store_is_not_used_again(tmp_path, monkeypatch):
+    """It ended when memory was at one end of the store and its flag said the other."""
+    sim, fresh = pile(), pile()
+    for one in (sim, fresh):
+        one.skin = 0.6
+        one.run(30)
+    save(sim, tmp_path / "before.h5")
+
+    def broken(contacts):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Contacts, "_lay_out", broken)
+    with pytest.raises(KeyboardInterrupt):
+        sim.rebuild()
+    monkeypatch.undo()
+    restore(sim, tmp_path / "before.h5")
+    sim.run(20)
+    fresh.run(20)
+    assert differences(collect(sim), collect(fresh)) == []

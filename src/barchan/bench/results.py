@@ -1,11 +1,13 @@
 """What came out: rows of the JSON, the table on the terminal, the figure."""
 
 import json
+import os
 import platform
 
 import numpy as np
 
 from barchan import atomic
+from barchan.errors import SceneError
 from barchan.kernels.compiler import default_threads
 from barchan.record import versions
 from barchan.report import table
@@ -89,6 +91,21 @@ def lines(result):
     about = f"{result['case']}: {result['title']} Ratio: time over that of {result['rows'][0]['peer']}."
     starts = f"first start {result['first_start_s']:.1f} s (compiles), later starts {result['second_start_s']:.1f} s"
     return [about, *table(cells), *table(missing), f"  {starts}"]
+
+
+def check_path(path):
+    """Refuse a file that could not be written, before anything is measured.
+
+    Raises:
+        SceneError: it does not end in .json, or its directory cannot be written.
+    """
+    if path.suffix != ".json":
+        raise SceneError(f"--json {path}: the name must end in .json; a figure is written beside it, ending in .png")
+    above = next(parent for parent in path.absolute().parents if parent.exists())
+    if not (above.is_dir() and os.access(above, os.W_OK | os.X_OK)):
+        raise SceneError(f"--json {path} cannot be written: {above} is no directory that can be")
+    if path.is_dir():
+        raise SceneError(f"--json {path} is a directory; name a file")
 
 
 def write(result, path):

@@ -35,7 +35,7 @@ def kept(name, make, journal):
     try:
         with np.load(path, allow_pickle=False) as saved:
             return {name: saved[name] for name in saved.files}
-    except (OSError, ValueError, zipfile.BadZipFile):  # not there, or not whole
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile):  # not there, or not whole
         journal.say(f"making the state '{name}' of this benchmark, once; it is kept in {path}")
     began = time.monotonic()
     arrays = make(journal)

@@ -163,7 +163,9 @@ def _last_state(sim, directory):
     """Save the state in which a run failed, for a look; it is no checkpoint to resume from."""
     path = directory.path / "last_state.h5"
     try:
-        save(sim, path)
+        with warnings.catch_warnings():  # that a step was broken off is known
+            warnings.simplefilter("ignore")
+            save(sim, path)
     except BarchanError as error:
         return f"Its last state could not be saved: {error}"
     return f"Its last state is in {path}; the last checkpoint is untouched"
