@@ -168,7 +168,11 @@ def test_the_result_is_json_in_the_agreed_form_with_a_table_and_a_figure(case, t
     wanted = {"peer", "ratio_median", "ratio_min", "ratio_max", "skin", "rebuilds", "grain_steps_per_second"}
     assert wanted | {"contacts_per_grain", "memory_per_grain", "same_work"} <= set(read["rows"][1])
     assert read["rows"][2] == {"peer": "absent", "reason": "not installed (say why)"}
+    assert np.median(read["rows"][1]["seconds_each"]) == read["rows"][1]["seconds"]
     text = "\n".join(results.lines(result))
+    assert "not quiet" not in text
+    result["rows"][1]["ratio_max"] = 1.5 * result["rows"][1]["ratio_min"]
+    assert "the machine was not quiet: ratios of slow differ by more than 40%" in results.lines(result)[-1]
     for word in ("slow", "3.00 (3.00-3.00)", "absent", "not run: not installed (say why)", "first start"):
         assert word in text
 

@@ -13,12 +13,16 @@ from barchan.record import versions
 from barchan.report import table
 from barchan.view.style import COLOURS, figure
 
+#: Ratio of the largest ratio to the smallest of a code, above which something else was running.
+QUIET = 1.4
+
 
 def row(entry, ours, case):
     """One code's figures by name; one that was not run has its name and the reason.
 
     ``ratio_*``: its time over ours, of each pair of timings: median, smallest, largest. ``skin``: relative to the largest
-    diameter. ``seconds``: of a step, or of a rebuild. ``memory_per_grain``: [bytes].
+    diameter. ``seconds``: of a step, or of a rebuild, median of ``seconds_each``, one of each round. ``memory_per_grain``:
+    [bytes].
     """
     if entry.reason is not None:
         return {"peer": entry.peer.name, "reason": entry.reason}
@@ -33,6 +37,7 @@ def row(entry, ours, case):
         "skin_at_border": entry.at_border,
         "scan": {f"{skin:g}": value for skin, value in entry.scan.items()},
         "seconds": float(np.median(seconds)),
+        "seconds_each": seconds.tolist(),
         "rebuilds": int(rebuilds.min()),
         "grain_steps_per_second": case.count / float(np.median(seconds)),
         "contacts_per_grain": entry.contacts / case.count,
@@ -90,7 +95,10 @@ def lines(result):
     missing = [(one["peer"], f"not run: {one['reason']}") for one in result["rows"] if "reason" in one]
     about = f"{result['case']}: {result['title']} Ratio: time over that of {result['rows'][0]['peer']}."
     starts = f"first start {result['first_start_s']:.1f} s (compiles), later starts {result['second_start_s']:.1f} s"
-    return [about, *table(cells), *table(missing), f"  {starts}"]
+    uneasy = [one["peer"] for one in result["rows"] if "reason" not in one and one["ratio_max"] > QUIET * one["ratio_min"]]
+    warning = f"  the machine was not quiet: ratios of {', '.join(uneasy)} differ by more than {QUIET - 1:.0%}; measure again"
+    medians = "  ratio: median of those of single rounds; ms: median of the rounds"
+    return [about, *table(cells), *table(missing), medians, f"  {starts}", *([warning] if uneasy else [])]
 
 
 def check_path(path):
