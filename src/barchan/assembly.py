@@ -11,7 +11,7 @@ from barchan.materials import Materials
 from barchan.neighbors.contacts import Contacts
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel import world
-from barchan.parallel.topology import Bricks
+from barchan.parallel.topology import even
 from barchan.words import nearest, shown
 
 #: Fields of a new grain that follow from the others.
@@ -33,7 +33,7 @@ class Assembly:
             )
         self.box, self.law, self.materials = box, law, Materials(materials)
         self.comm = comm or world()
-        self.topology = Bricks(box, self.comm.size)
+        self.topology = even(box, self.comm.size)
         self.grains, self.walls, self.next_id = Grains(), [], 0
         self.contacts = Contacts(law)
         self._rows = ContactRows.empty(0, law.history_width)

@@ -7,26 +7,31 @@ it. It holds data only: laws and functions of time stay in the user's script, an
 
 import json
 import os
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import h5py
 import numpy as np
 
-from barchan import atomic, soundness
+from barchan import soundness
 from barchan.errors import CheckpointError, SceneError
 from barchan.kernels.provenance import source_hash
 from barchan.neighbors.rows import ContactRows
-from barchan.writers.output import write_on_first_rank
+from barchan.parallel import Serial, files
+from barchan.parallel.files import Array
+from barchan.parallel.guard import on_first_rank
+from barchan.parallel.regroup import ById, by_smaller_id
+from barchan.writers.output import write_together
 
-FORMAT = 2
+FORMAT = 3
 
 
 class State(NamedTuple):
-    """A state as plain data, grains in ascending order of id.
+    """A state as plain data, grains in ascending order of id: all of them, or a rank's part.
 
-    ``about``: JSON-able facts (step, time, walls, ...). ``fields``: name -> array. ``contacts``: each grain's contacts by
-    ascending key, with the memory as seen from the smaller id.
+    ``about``: JSON-able facts (step, time, walls, ...). ``fields``: name -> array. ``contacts``: of each grain with grains of
+    larger id and with walls, by ascending key.
     """
 
     about: dict
@@ -37,13 +42,19 @@ class State(NamedTuple):
 def collect(sim):
     """The state of all ranks, on every rank. Reads, and changes nothing."""
     grains = sim.grains
-    rows = sim.contacts.detach(grains.n, on_both=True) if sim.is_listed else sim.put_away_rows
-    part = ({f.name: grains.view(f.name).copy() for f in grains.saved_fields()}, rows)
-    parts = sim.comm.all_gather(part)
-    fields = {name: np.concatenate([fields[name] for fields, _ in parts]) for name in part[0]}
+    fields = {field.name: grains.view(field.name) for field in grains.saved_fields()}
+    parts = sim.comm.all_gather(({name: values.copy() for name, values in fields.items()}, _remembered(sim)))
+    fields = {name: np.concatenate([fields[name] for fields, _ in parts]) for name in fields}
     order = np.argsort(fields["id"], kind="stable")
     contacts = ContactRows.join([rows for _, rows in parts]).take(order)
     return State(_about(sim), {name: values[order] for name, values in fields.items()}, contacts)
+
+
+def _remembered(sim):
+    """What this rank's grains remember, of a pair the grain with the smaller id."""
+    if sim.is_listed:
+        return sim.contacts.detach(sim.grains.n, on_both=False)
+    return by_smaller_id(sim.grains.view("id"), sim.put_away_rows)
 
 
 def _about(sim):
@@ -77,56 +88,86 @@ def _about(sim):
 
 
 def save(sim, path):
-    """Write the state of ``sim`` to the file ``path``; an older file of that name stays whole until the new one is.
+    """Write the state of ``sim`` to the file ``path``; an older file of that name stays whole until the new one is. Each rank
+    writes a part; the file is the same for any number of them.
 
     Raises:
         OutputError: the file cannot be written (full disk, no permission).
         SceneError: ``Simulation.notes`` holds something else than numbers and text.
     """
     sim.take_up_changes()
-    state = collect(sim)
+    about = _about(sim)
     try:
-        json.dumps(state.about)
+        text = json.dumps(about)
     except TypeError as error:
         raise SceneError(f"checkpoint {path}: Simulation.notes and material properties hold numbers and text: {error}") from None
-    write_on_first_rank(sim, path, lambda: write_state(state, path))
+    write_together(sim, path, lambda: _write(sim, path, text))
 
 
-def write_state(state, path):
-    """Write a state to a file, atomically."""
-    with atomic.writing_hdf5(path) as file:
-        for name, values in state.fields.items():
-            file[f"grains/{name}"] = values
-        for name, values in state.contacts._asdict().items():
-            file[f"contacts/{name}"] = values
-        file.attrs["about"] = json.dumps(state.about)
+def _write(sim, path, about):
+    comm, grains = sim.comm, sim.grains
+    parts = ById(comm, grains.view("id"), sim.next_id)
+    rows = parts.bring_rows(_remembered(sim))
+    first, count = int(comm.before([len(rows.keys)])[0]), int(comm.sum([len(rows.keys)])[0])
+    fields = grains.saved_fields()
+    arrays = {f"grains/{f.name}": Array(np.dtype(f.dtype), (parts.total, f.width)[: 1 + (f.width > 1)]) for f in fields}
+    arrays["contacts/start"] = Array(np.dtype(np.int64), (parts.total + 1,))
+    arrays["contacts/keys"] = Array(np.dtype(np.int64), (count,))
+    arrays["contacts/values"] = Array(np.dtype(np.float64), (count, rows.values.shape[1]))
+    with files.writing_hdf5(comm, path, arrays, {"/": {"about": about}}) as file:
+        file.put("contacts/start", parts.begin + (comm.rank > 0), first + rows.start[int(comm.rank > 0) :])
+        file.put("contacts/keys", first, rows.keys)
+        file.put("contacts/values", first, rows.values)
+        for field in fields:
+            file.put(f"grains/{field.name}", parts.begin, parts.bring(np.ascontiguousarray(grains.view(field.name))))
 
 
-def read_state(path):
-    """Read a state from a file. Its structure is sound; its values may be those of a run that failed.
+def read_state(path, comm=None):
+    """Read a state from a file: all of it, or of several ranks each its part. Its structure is sound; its values may be those of
+    a run that failed.
 
     Raises:
-        CheckpointError: the file is missing, cut, altered, or no checkpoint of barchan.
+        CheckpointError: the file is missing, cut, altered, or no checkpoint of barchan; on all ranks alike.
     """
-    path = Path(path)
+    path, comm = Path(path), comm or Serial()
     if not path.is_file():
         raise CheckpointError(f"checkpoint {path}: there is no such file")
+    state = fault = None
     try:
-        return _read(path)
+        files.check(comm, path)
+        state = _read(path, comm.rank, comm.size)
     except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError, MemoryError) as error:
-        raise CheckpointError(_broken(path, " ".join(str(error).split())[:300])) from None
+        fault = " ".join(str(error).split())[:300]
+    told = comm.all_gather((fault, state.fields["id"][[0, -1]].tolist() if state and len(state.fields["id"]) else None))
+    fault = next((fault for fault, _ in told if fault), None)
+    ends = [ids for _, ids in told if ids]
+    if not fault and any(a[1] >= b[0] for a, b in pairwise(ends)):
+        fault = "ids do not ascend"
+    if fault:
+        raise CheckpointError(_broken(path, fault))
+    return state
 
 
 def _broken(path, reason):
     return f"checkpoint {path}: {reason}; it is cut, altered or no checkpoint of barchan. Use the one before it"
 
 
-def _read(path):
-    with atomic.reading_hdf5(path) as file:
+def _read(path, rank, size):
+    """A rank's part: as many grains as each other has."""
+    with h5py.File(path, "r") as file:
         about = json.loads(file.attrs["about"])
         fields = _arrays(file, "grains", path.stat().st_size)
         rows = _arrays(file, "contacts", path.stat().st_size)
-    contacts = ContactRows(*(rows[name] for name in ContactRows._fields))
+        begin, end = (k * (rows["start"].size - 1) // size for k in (rank, rank + 1))
+        start, ends = rows["start"][begin : end + 1], rows["start"][[0, -1]]
+        fault = soundness.order_fault(start - start[0], start[-1] - start[0]) or soundness.order_fault(ends, len(rows["keys"]))
+        if fault or start[0] < 0:
+            raise ValueError(fault)
+        keys, values = (rows[name][start[0] : start[-1]] for name in ("keys", "values"))
+        contacts = ContactRows(start - start[0], keys, values)
+        if rank == size - 1:
+            end = None  # it sees if there are more than there should be
+        fields = {name: array[begin:end] if array.ndim else array[()] for name, array in fields.items()}
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise ValueError(f"it has another format than {FORMAT}, which this version of barchan reads")
     fault = soundness.structure_fault(about, fields, contacts)
@@ -143,7 +184,7 @@ def _arrays(file, name, most):
         elsewhere = dataset.shape is None or dataset.chunks or dataset.is_virtual or dataset.external
         if elsewhere or dataset.dtype.kind not in "biufc" or dataset.nbytes > most:
             raise ValueError(f"'{name}/{key}' is not stored as barchan stores it")
-    return {key: dataset[()] for key, dataset in datasets.items()}
+    return datasets
 
 
 def _inside(group, name, kind):
@@ -161,7 +202,7 @@ def restore(sim, path):
     Raises:
         CheckpointError: the file is damaged, or belongs to another scene (the message names the first difference).
     """
-    state = read_state(path)
+    state = read_state(path, sim.comm)
     about, now = state.about, json.loads(json.dumps(_about(sim)))
     difference = soundness.foreign(about, now)
     if difference:
@@ -199,27 +240,25 @@ class Checkpoints:
             self._make_room(sim)
         self._first = False
         save(sim, self.directory / f"checkpoint_{sim.step_number:012d}.h5")
-        if sim.comm.rank == 0:
-            for old in all_checkpoints(self.directory)[: -self.keep]:
-                old.unlink(missing_ok=True)
+        on_first_rank(sim.comm, self._forget_old)
+
+    def _forget_old(self):
+        for old in all_checkpoints(self.directory)[: -self.keep]:
+            old.unlink(missing_ok=True)
 
     def _make_room(self, sim):
         """Refuse a directory that holds later steps of another run; put damaged ones aside."""
-        failure = None
-        if sim.comm.rank == 0:
-            for path in all_checkpoints(self.directory):
-                if int(path.stem.split("_")[1]) > sim.step_number:
-                    try:
-                        read_state(path)
-                        failure = (
-                            f"{self.directory} holds checkpoints of another run, up to {path.name}, and this one is at step "
-                            f"{sim.step_number}. Restore them, or choose another directory"
-                        )
-                    except CheckpointError:
-                        os.replace(path, path.with_suffix(".damaged"))
-        failure = sim.comm.all_gather(failure)[0]
-        if failure:
-            raise CheckpointError(failure)
+        later = [p for p in all_checkpoints(self.directory) if int(p.stem.split("_")[1]) > sim.step_number]
+        for path in sim.comm.from_first(later):
+            try:
+                read_state(path, sim.comm)
+            except CheckpointError:
+                on_first_rank(sim.comm, lambda path=path: os.replace(path, path.with_suffix(".damaged")))
+                continue
+            raise CheckpointError(
+                f"{self.directory} holds checkpoints of another run, up to {later[-1].name}, and this one is at step "
+                f"{sim.step_number}. Restore them, or choose another directory"
+            )
 
 
 def all_checkpoints(directory):
@@ -227,16 +266,16 @@ def all_checkpoints(directory):
     return sorted(path for path in Path(directory).glob("checkpoint_*.h5") if path.stem[11:].isdigit() and path.is_file())
 
 
-def newest_sound(directory):
+def newest_sound(directory, comm=None):
     """The newest checkpoint that can be read, and complaints about newer ones that cannot; (None, []) if there is none.
 
     Returns:
         (path or None, list of messages).
     """
-    complaints = []
-    for path in reversed(all_checkpoints(directory)):
+    complaints, comm = [], comm or Serial()
+    for path in comm.from_first(all_checkpoints(directory)[::-1]):
         try:
-            read_state(path)
+            read_state(path, comm)
             return path, complaints
         except CheckpointError as error:
             complaints.append(str(error))

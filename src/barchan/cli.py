@@ -1,5 +1,6 @@
 """The command ``barchan``."""
 
+import os
 import signal
 import sys
 from collections import Counter
@@ -11,6 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from barchan.errors import BarchanError, SceneError
+from barchan.parallel import Serial, world
 from barchan.report import Journal
 
 
@@ -211,7 +213,7 @@ def _whole_number(flag, text):
 def _start(experiment, scene, out, manner):
     from barchan.experiments import session
 
-    out = out or Path("runs") / f"{experiment.name}-{datetime.now():%Y%m%d-%H%M%S}"
+    out = out or world().from_first(Path("runs") / f"{experiment.name}-{datetime.now():%Y%m%d-%H%M%S}")
     session.start(experiment, scene, out, manner, Journal())
 
 
@@ -238,14 +240,18 @@ def _resume(experiment, directory, changes, refused, manner):
 def main():
     """Run the command; an expected error is one clear line and an exit code (2: bad input, 3: a failed run, 130: stopped)."""
     signal.signal(signal.SIGINT, _interrupted)
+    comm = Serial()
     try:
+        comm = world()
+        if comm.rank:  # the first rank speaks for all
+            sys.stdout = sys.stderr = open(os.devnull, "w")
         app()
     except BarchanError as error:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # an impatient user shall still read why it ended
-        typer.echo(f"barchan: {error}", err=True)
+        comm.end(error, lambda error=error: typer.echo(f"barchan: {error}", err=True))
         sys.exit(error.exit_code)
     except OSError as error:  # of a path that a user gave: too long, not to be entered, a directory where a file should be
-        typer.echo(f"barchan: {error.filename}: {error.strerror}", err=True)
+        comm.end(error, lambda error=error: typer.echo(f"barchan: {error.filename}: {error.strerror}", err=True))
         sys.exit(2)
 
 

@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.progress import Progress, TextColumn
 from rich.table import Column
 
+from barchan.parallel import world
+
 #: Seconds between plain lines of progress: the first ones, and in long runs.
 FIRST_LINES, LATER_LINES = 5.0, 60.0
 
@@ -28,8 +30,9 @@ class Journal:
             self.keep(path)
 
     def keep(self, path):
-        """From now on, keep a log in the file ``path``."""
-        self._log = open(path, "a")
+        """From now on, keep a log in the file ``path``; of several ranks the first does."""
+        if world().rank == 0:
+            self._log = open(path, "a")
 
     def say(self, text, passing=False):
         """A line for the user; on a terminal the next line takes the place of one that is ``passing``."""
@@ -114,6 +117,7 @@ class ProgressLine:
         self.last_shown = now
         if sim.comm.rank:
             return
+        count = sim.grains.n * sim.comm.size  # about: ranks look at their own clocks, so they cannot ask each other
         then, step_then = self.recent
         rate = (step - step_then) / max(now - then, 1e-9)
         if now - then > 10.0:
@@ -122,7 +126,7 @@ class ProgressLine:
         left = clock((self.last - step) / max(rate, 1e-9))
         text = (
             f"{phase}: {100 * step / max(self.last, 1):3.0f} %  {left} left  step {step:,}/{self.last:,}  t = {sim.time:.4f} s  "
-            f"{rate:,.0f} steps/s  {rate * sim.grains.n:.2e} grain-steps/s"
+            f"{rate:,.0f} steps/s  {rate * count:.2e} grain-steps/s"
         )
         if self._bar is None:
             self.journal.say(text)

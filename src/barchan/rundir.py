@@ -5,11 +5,13 @@ from pathlib import Path
 
 from barchan.checkpoint import all_checkpoints, newest_sound, restore
 from barchan.errors import SceneError
+from barchan.parallel import world
+from barchan.parallel.guard import on_first_rank
 from barchan.scene import read_scene_file, write_scene_file
 
 
 class RunDirectory:
-    """The directory of one run.
+    """The directory of one run; of several ranks the first looks after it, and all must call.
 
     The scene is written before anything else, so that a run that was killed before its first checkpoint can still resume.
 
@@ -20,8 +22,11 @@ class RunDirectory:
         SceneError: the directory cannot be written, or another run is using it.
     """
 
-    def __init__(self, path):
-        self.path = Path(path)
+    def __init__(self, path, comm=None):
+        self.path, self.comm, self._lock = Path(path), comm or world(), None
+        on_first_rank(self.comm, self._open)
+
+    def _open(self):
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._lock = open(self.path / ".lock", "w")
@@ -34,6 +39,9 @@ class RunDirectory:
 
     def sweep(self):
         """Remove unfinished files, which a run leaves that is killed while it writes. Only where this directory holds a run."""
+        on_first_rank(self.comm, self._sweep)
+
+    def _sweep(self):
         for place in (self.path, *(self.path / name for name in ("checkpoints", "tables", "frames", "figures"))):
             for unfinished in place.glob(".*.partial"):
                 unfinished.unlink(missing_ok=True)
@@ -56,12 +64,14 @@ class RunDirectory:
     @property
     def has_checkpoints(self):
         """True if a run has got somewhere in here."""
-        return bool(all_checkpoints(self.checkpoints))
+        return on_first_rank(self.comm, lambda: bool(all_checkpoints(self.checkpoints)))
 
     @property
     def is_foreign(self):
         """True if there are files in here, but no scene."""
-        return not self.scene_file.exists() and any(entry.name != ".lock" for entry in self.path.iterdir())
+        return on_first_rank(
+            self.comm, lambda: not self.scene_file.exists() and any(entry.name != ".lock" for entry in self.path.iterdir())
+        )
 
     def claim(self, experiment, scene, ran_with):
         """Write the scene, or find the same one there.
@@ -74,6 +84,9 @@ class RunDirectory:
         Raises:
             SceneError: the directory holds another scene, or cannot be written.
         """
+        on_first_rank(self.comm, lambda: self._claim(experiment, scene, ran_with))
+
+    def _claim(self, experiment, scene, ran_with):
         if self.scene_file.exists():
             _, there = read_scene_file(self.scene_file, {experiment: type(scene)})
             if there != scene:
@@ -82,10 +95,13 @@ class RunDirectory:
                     f"Use --resume {self.path} to continue that one, or choose another --out"
                 )
         else:
-            self.rewrite(experiment, scene, ran_with)
+            self._rewrite(experiment, scene, ran_with)
 
     def rewrite(self, experiment, scene, ran_with):
         """Write the scene, over the one that is there. Takes and raises what ``claim`` does."""
+        on_first_rank(self.comm, lambda: self._rewrite(experiment, scene, ran_with))
+
+    def _rewrite(self, experiment, scene, ran_with):
         try:
             write_scene_file(self.scene_file, experiment, scene, ran_with)
         except OSError as error:
@@ -97,12 +113,13 @@ class RunDirectory:
         Returns:
             (True if there was one, complaints about damaged ones).
         """
-        path, complaints = newest_sound(self.checkpoints)
+        path, complaints = newest_sound(self.checkpoints, self.comm)
         if path is not None:
             restore(sim, path)
         return path is not None, complaints
 
     def release(self):
         """Give the directory free."""
-        fcntl.flock(self._lock, fcntl.LOCK_UN)
-        self._lock.close()
+        if self._lock:
+            fcntl.flock(self._lock, fcntl.LOCK_UN)
+            self._lock.close()

@@ -18,10 +18,13 @@ from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
 from barchan.kernels.steps import Progress
 from barchan.neighbors.contacts import Contacts, Setting
+from barchan.neighbors.grid import grid_around
 from barchan.neighbors.staleness import Staleness
+from barchan.parallel.balance import Balance
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
-from barchan.parallel.migrate import migrate
+from barchan.parallel.migrate import to_owners
+from barchan.parallel.regroup import by_both_ids
 from barchan.stopwatch import Stopwatch
 
 #: Overlap, relative to the smaller diameter, above which contacts are counted and the user is warned once.
@@ -55,7 +58,7 @@ class Simulation(Assembly):
     def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None):
         super().__init__(box, law, materials, comm)
         self.dt, self.gravity = dt, gravity
-        self.threads = default_threads() if threads is None else threads
+        self.threads = default_threads(self.comm.ranks_on_node) if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
         preflight.check_settings(self)
         self._gravity = Gravity(gravity)
@@ -63,9 +66,10 @@ class Simulation(Assembly):
         self.step_number, self.time = 0, 0.0
         self.notes = {}
         self.touching = self.large_overlaps = 0
-        self.staleness, self.ghosts = Staleness(), Ghosts(self.comm, self.topology)
+        self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
         self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
         self._fault = self._loops = self._table = self._checked_dt = self._list_skin = self.stable_dt = None
+        self._computed = 0.0
         self._complete = True
 
     # -- the algorithm -----------------------------------------------------------------------------------------------
@@ -109,7 +113,7 @@ class Simulation(Assembly):
         if self._is_stale(motion):
             self.rebuild()
         else:
-            self.ghosts.update(self.grains, self.law.reads)
+            self.ghosts.start_update(self.grains, self.law.reads)
         self.clock.lap("neighbours")
         self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
         self._primed, self._in_step = True, False
@@ -124,16 +128,16 @@ class Simulation(Assembly):
         self._torn = True  # until it is done: whatever interrupts it
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
-        known = None
+        known, largest = None, self._largest_radius()
         if self._listed and self.comm.size == 1:  # then memory goes straight from list to list
             known = self.contacts.put_aside()
         else:
+            self.topology = self.balance.shared(self, largest)
             self._take_down_list()  # memory to rows; ghosts dropped
-            self._rows = migrate(self.comm, self.topology, self.grains, self._rows)
-        largest = self._largest_radius()
-        grid = self._grid(2.0 * largest + self._list_skin)
+            self._rows = to_owners(self.comm, self.topology, self.grains, self._rows, 2.0 * largest + self._list_skin)
+        grid = grid_around(self.grains, self.topology.bounds(self.comm.rank), self.box, 2.0 * largest + self._list_skin)
         start, order = self._sort_in_space(grid)
-        self.ghosts.build(self.grains, largest + self._list_skin)
+        self.ghosts.build(self.grains, self.topology, largest, largest + self._list_skin)
         self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
         if known is None:
             self.contacts.attach(self.grains, self._rows.take(order))
@@ -147,9 +151,17 @@ class Simulation(Assembly):
         """Forces at the present positions; contact memory advances by ``dt`` (0: not at all). Needs ``prepare``."""
         preflight.check_prepared("compute_forces", self._loops, self._listed)
         grains, contacts = self.grains, self.contacts
+        setting, counts = self._setting(dt), []
         for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
             wall.measure(contacts, grains, begin, end)
-        self.touching, large, too_large = contacts.compute(self._loops, grains, self._setting(dt))
+        inner, border = contacts.parts
+        counts.append(contacts.compute_pairs(self._loops, grains, setting, inner))  # while ghosts travel
+        self.clock.lap("forces")
+        self.ghosts.finish_update(grains)
+        self.clock.lap("ghosts")
+        counts.append(contacts.compute_pairs(self._loops, grains, setting, border))
+        counts.append(contacts.compute_walls(self._loops, grains, setting))
+        self.touching, large, too_large = (sum(parts) for parts in zip(*counts))
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
         self._note_faults(large, too_large, not_finite, depth=5)
 
@@ -187,7 +199,7 @@ class Simulation(Assembly):
             self.ghosts.update(grains, self.law.reads)
 
     def load(self, state):
-        """Take up grains, contacts and counters of a ``checkpoint.State``; each rank keeps its own part."""
+        """Take up grains, contacts and counters of a ``checkpoint.State``, of which each rank gives a part by ascending id."""
         if self._torn:  # there is no list to put away, and who knows what is left of its memory
             self._listed = self._torn = False
             self.contacts = Contacts(self.law)
@@ -195,14 +207,11 @@ class Simulation(Assembly):
         self._fault = None
         self.begin_change()
         self.grains.keep(np.zeros(0, dtype=np.int64))
-        fields = dict(state.fields)
-        own = (
-            np.flatnonzero(self.topology.owner(fields["position"]) == self.comm.rank)
-            if len(fields["id"])
-            else np.zeros(0, dtype=np.int64)
-        )
-        self.grains.append({name: values[own] for name, values in fields.items()})
-        self._rows = state.contacts.take(own)
+        self.grains.append(state.fields)
+        self._rows = state.contacts
+        if self.comm.size > 1:
+            self._rows = by_both_ids(self.comm, state.fields["id"], state.contacts)
+            self._rows = to_owners(self.comm, self.topology, self.grains, self._rows)
         self._primed = bool(state.about["forces_are_current"])
         self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
@@ -269,7 +278,10 @@ class Simulation(Assembly):
             self._fault = preflight.bad_grain(self)
         speed = max([sqrt(fastest), *(wall.speed for wall in self.walls)])
         wishes = float(self._fault is not None), float(self.stop_requested)
-        speed, fault, self._stopping = self.comm.maximum([speed, *wishes])
+        computed = self.clock.seconds.get("motion", 0.0) + self.clock.seconds.get("forces", 0.0)
+        own, self._computed = computed - self._computed, computed
+        speed, fault, self._stopping, slowest = self.comm.maximum([speed, *wishes, own])
+        self.balance.note(slowest, own)
         if fault:
             self._stop()
         self.staleness.advance(speed, self._list_skin, self.dt)
@@ -391,16 +403,6 @@ class Simulation(Assembly):
 
     def _cutoff(self):
         return 2.0 * self._largest_radius() + self._list_skin
-
-    def _grid(self, cutoff):
-        low, high = self.topology.bounds(self.comm.rank)
-        if self.comm.size > 1:
-            low, high = low - cutoff, high + cutoff
-        if self.grains.n:
-            extents = np.array(cells.extents(self.grains.block("place"))[:6])
-            low = np.where(self.box.periodic, low, np.maximum(low, extents[::2]))
-            high = np.where(self.box.periodic, high, np.minimum(high, extents[1::2]))
-        return cells.make_grid(low, high, cutoff, 2.0 * self.grains.n + 64.0, self.box.frame)
 
     def _sort_in_space(self, grid):
         start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)

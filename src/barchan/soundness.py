@@ -113,10 +113,11 @@ def _contact_fault(about, ids, contacts):
     width = sum(about["law"]["history"].values())
     if not (start.dtype == keys.dtype == np.int64 and values.dtype == np.float64):
         return f"contacts have types {start.dtype}, {keys.dtype}, {values.dtype}, not int64, int64, float64"
+    fault = order_fault(start, len(keys))
+    if fault:
+        return fault
     if start.shape != (len(ids) + 1,) or keys.ndim != 1 or values.shape != (len(keys), width):
         return f"contacts have shapes {start.shape}, {keys.shape}, {values.shape}; they do not fit {len(ids)} grains"
-    if start[0] != 0 or start[-1] != len(keys) or (start[1:] < start[:-1]).any():
-        return f"contacts of the grains do not follow each other from 0 to {len(keys)}"
     owners = np.repeat(np.arange(len(ids)), np.diff(start))
     if ((owners[1:] == owners[:-1]) & (keys[1:] <= keys[:-1])).any():
         return "contacts of a grain are not in ascending order"
@@ -124,27 +125,20 @@ def _contact_fault(about, ids, contacts):
     if unknown.any():
         row = int(np.argmax(unknown))
         return f"grain {ids[owners[row]]} has a contact with {keys[row]}, which is no other grain and no wall"
-    return _memory_fault(ids, ids[owners], keys, values)
-
-
-def _memory_fault(ids, owners, keys, values):
-    """Two grains that both remember their contact must remember the same, and it is the smaller id that must."""
-    pairs = np.flatnonzero((keys >= 0) & np.isin(keys, ids))
-    low, high = np.minimum(owners, keys)[pairs], np.maximum(owners, keys)[pairs]
-    order = np.lexsort((owners[pairs], high, low))
-    pairs, low, high = pairs[order], low[order], high[order]
-    by_high = np.flatnonzero(owners[pairs] == high)  # the one just before must be of the same pair, by its smaller id
-    before = by_high - 1
-    same = (before >= 0) & (low[before] == low[by_high]) & (high[before] == high[by_high])
-    same &= _equal(values[pairs[before]], values[pairs[by_high]])
-    if not same.all():
-        row = by_high[int(np.argmin(same))]
-        return f"grains {low[row]} and {high[row]} do not remember the same of their contact"
+    twice = (keys >= 0) & (keys < ids[owners])
+    if twice.any():
+        row = int(np.argmax(twice))
+        return f"grain {ids[owners[row]]} remembers its contact with grain {keys[row]}, whose is the smaller id"
     return None
 
 
-def _equal(a, b):
-    return ((a == b) | (np.isnan(a) & np.isnan(b))).all(axis=1)
+def order_fault(start, count):
+    """What is wrong with where the contacts of each grain begin, if there are ``count`` in all, or None."""
+    if start.dtype != np.int64 or start.ndim != 1 or len(start) == 0:
+        return f"where contacts begin has type {start.dtype} and shape {start.shape}"
+    if start[0] != 0 or start[-1] != count or (start[1:] < start[:-1]).any():
+        return f"contacts of the grains do not follow each other from 0 to {count}"
+    return None
 
 
 def value_fault(state, walls):

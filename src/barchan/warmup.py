@@ -8,7 +8,7 @@ from barchan.kernels.generate import make_loops
 from barchan.laws import SHIPPED
 from barchan.materials import Material
 from barchan.measure import KineticEnergy
-from barchan.parallel import Serial
+from barchan.parallel import Serial, virtual_ranks, world
 from barchan.simulation import Simulation
 from barchan.walls import Plane
 
@@ -19,10 +19,8 @@ def is_compiled(law, uniform):
 
 
 def compile_law(law, materials, announce=None):
-    """Compile all kernels that a scene with ``law`` and ``materials`` calls, unless they are in the cache.
-
-    Two grains that touch each other and a wall are moved by two steps and measured, then their list is put away and made anew:
-    that calls them all.
+    """Compile all kernels that a scene with ``law`` and ``materials`` calls on so many ranks as there are, unless they are in the
+    cache.
 
     Args:
         announce: function called with a line of text for each kernel that has to be compiled.
@@ -30,22 +28,31 @@ def compile_law(law, materials, announce=None):
     uniform = len(materials) == 1
     if is_compiled(law, uniform):
         return
-    sim = Simulation(Box((0, 0, 0), (8, 8, 8)), law, materials, dt=1e-9, threads=1, comm=Serial())
-    sim.check_dt, sim.skin = False, 1e-14  # so thin that the second step must rebuild
-    sim.add_wall(Plane((0, 0, 0), (0, 0, 1), material=0))
-    sim.add_grains([(4, 4, 0.99), (5.99, 4, 0.99)], 1.0, material=0, mass=1.0, velocity=1e-3)
     title = f"first start on this machine, compiling for law '{law.name}'"
-    with warnings.catch_warnings(), announced(title, announce or (lambda text: None)):
+    with warnings.catch_warnings(), announced(title, announce or (lambda text: None), world().size > 1):
         warnings.simplefilter("ignore")
-        sim.run(2)
-        KineticEnergy().compute(sim)
-        sim.begin_change()
-        sim.run(1)
+        _call_all(law, materials, Serial())
+        if world().size > 1:
+            virtual_ranks(2, _call_all, law, materials)
     _marker(law, uniform).touch()
 
 
+def _call_all(law, materials, comm=None):
+    """Two grains that touch each other and a wall are moved by two steps and measured, then their list is put away and made anew:
+    that calls all kernels. Of two ranks each owns one of them."""
+    sim = Simulation(Box((0, 0, 0), (8, 8, 8)), law, materials, dt=1e-9, threads=1, comm=comm)
+    sim.check_dt, sim.skin = False, 1e-14  # so thin that the second step must rebuild
+    sim.add_wall(Plane((0, 0, 0), (0, 0, 1), material=0))
+    sim.add_grains([(3, 4, 0.99), (4.99, 4, 0.99)], 1.0, material=0, mass=1.0, velocity=1e-3)
+    sim.run(2)
+    KineticEnergy().compute(sim)
+    sim.begin_change()
+    sim.run(1)
+
+
 def _marker(law, uniform):
-    return cache_root() / fingerprint() / f"{make_loops(law, uniform).module.__name__}.compiled"
+    ranks = "-ranks" if world().size > 1 else ""
+    return cache_root() / fingerprint() / f"{make_loops(law, uniform).module.__name__}{ranks}.compiled"
 
 
 def compile_shipped(announce=None):

@@ -4,14 +4,11 @@ import threading
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from barchan.errors import OverlapError, RankError, SceneError
 from barchan.parallel import Serial, world
 from barchan.parallel import virtual_ranks as start_ranks
 from barchan.parallel.guard import raise_together
-from barchan.parallel.message import Reader, pack
 
 pytestmark = pytest.mark.nojit
 
@@ -55,6 +52,15 @@ def test_one_rank_alone_is_the_same_without_a_world():
     assert isinstance(comm, Serial) and (comm.rank, comm.size) == (0, 1)
     assert comm.sum([3, 4]).tolist() == [3, 4] and comm.maximum([0.5]).tolist() == [0.5] and comm.all_gather("x") == ["x"]
     assert comm.exchange({0: b"x"}) == {0: b"x"}
+
+
+@pytest.mark.parametrize("size", [1, 4])
+def test_what_the_first_says_and_what_lower_ranks_have(size):
+    def program():
+        comm = world()
+        return comm.from_first(f"rank {comm.rank}"), comm.before([comm.rank + 1, 10]).tolist()
+
+    assert virtual_ranks(size, program) == [("rank 0", [rank * (rank + 1) // 2, 10 * rank]) for rank in range(size)]
 
 
 def test_messages_reach_the_rank_they_are_for_and_nobody_else():
@@ -148,21 +154,6 @@ def test_the_lowest_guilty_rank_speaks_and_no_thread_is_left_behind():
         virtual_ranks(4, program)
     assert threading.active_count() == before
     assert virtual_ranks(2, lambda: world().size) == [2, 2], "the next world is untouched by the last one's failure"
-
-
-@given(
-    st.lists(st.tuples(st.sampled_from(["u1", "u4", "i4", "i8", "f8"]), st.integers(0, 5), st.integers(1, 3)), max_size=6),
-    st.integers(0, 10**6),
-)
-def test_arrays_come_out_of_a_message_as_they_went_in(shapes, seed):
-    """Whatever widths stand before them: an array of doubles may begin at any byte."""
-    rng = np.random.default_rng(seed)
-    arrays = [rng.integers(0, 200, (rows, columns)).astype(kind) for kind, rows, columns in shapes]
-    reader = Reader(pack(arrays))
-    for array in arrays:
-        taken = reader.take(array.dtype, array.shape)
-        assert taken.dtype == array.dtype and taken.tolist() == array.tolist()
-    assert reader.at == len(reader.message)
 
 
 @pytest.mark.parametrize("size", [0, -1, 1.5, "two", True, None])

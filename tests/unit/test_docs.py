@@ -1,7 +1,8 @@
 """What README and docs tell a reader to do works, page by page and in order; and the site builds without a warning.
 
-On a page, indented lines that begin with ``barchan`` are commands; blocks marked ``python`` are scripts, ``toml`` complete
-scenes. A first line such as ``# balls.py`` or ``# my-avalanche.toml`` is the name under which the reader saves a block.
+On a page, indented lines that begin with ``barchan``, ``python`` or ``mpiexec`` are commands; blocks marked ``python`` are
+scripts, ``toml`` complete scenes. A first line such as ``# balls.py`` or ``# my-avalanche.toml`` is the name under which the
+reader saves a block.
 """
 
 import inspect
@@ -19,14 +20,24 @@ from barchan import actions, laws, measure, testing, writers
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-DEED = re.compile(r"^```(python|toml)\n(.*?)^```$|^    (barchan .*?)(?:  #.*)?$", re.DOTALL | re.MULTILINE)
+COMMAND = r"^    ((?:mpiexec -n \d )?(?:barchan|python) .*?)(?:  #.*)?$"
+DEED = re.compile(rf"^```(python|toml)\n(.*?)^```$|{COMMAND}", re.DOTALL | re.MULTILINE)
 
 
-def run(arguments, directory):
+def run(arguments, directory, launcher=()):
     """Run Python in ``directory`` as a reader would, on a machine without a screen."""
-    command = [sys.executable, *map(str, arguments)]
+    command = [*launcher, sys.executable, *map(str, arguments)]
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True, env=os.environ | {"MPLBACKEND": "Agg"})
     assert done.returncode == 0, f"{' '.join(command)}: {done.stderr}"
+
+
+def run_command(words, directory):
+    """Run a command that begins with ``barchan`` or ``python``, perhaps by ``mpiexec``."""
+    launcher = []
+    if words[0] == "mpiexec":
+        launcher, words = [str(Path(sys.executable).with_name("mpiexec")), *words[1:3]], words[3:]
+    program = ["-m", "barchan.cli"] if words[0] == "barchan" else []
+    run([*program, *words[1:]], directory, launcher)
 
 
 def deeds():
@@ -53,7 +64,7 @@ def test_what_a_page_tells_to_do_works(found, tmp_path):
         elif kind == "toml":
             run(["-m", "barchan.cli", "check", save(text, kind, tmp_path)], tmp_path)
         else:
-            run(["-m", "barchan.cli", *shlex.split(command)[1:]], tmp_path)
+            run_command(shlex.split(command), tmp_path)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -25,7 +25,9 @@ def time(monkeypatch):
 
 
 def at(step):
-    return SimpleNamespace(step_number=step, time=step * 1e-4, comm=SimpleNamespace(rank=0), grains=SimpleNamespace(n=500))
+    return SimpleNamespace(
+        step_number=step, time=step * 1e-4, comm=SimpleNamespace(rank=0, size=1), grains=SimpleNamespace(n=500)
+    )
 
 
 def shown(line, sim):

@@ -88,16 +88,16 @@ def contents(directory):
 
 def die_in_write(directory, number):
     """Run until ``number`` files have been filled."""
-    real, count = os.fsync, 0
+    real, count = os.replace, 0
 
-    def fsync(handle):
+    def replace(old, new):
         nonlocal count
         count += 1
         if count == number:
             os.kill(os.getpid(), signal.SIGKILL)
-        real(handle)
+        real(old, new)
 
-    os.fsync = fsync
+    os.replace = replace
     pile(directory).run(50)
 
 

@@ -11,6 +11,7 @@ from barchan import record
 from barchan.checkpoint import Checkpoints, save
 from barchan.errors import BarchanError, Interrupted, RunError, SceneError
 from barchan.experiments import summary
+from barchan.parallel.guard import first_on_node, on_first_rank, told_as
 from barchan.report import ProgressLine
 from barchan.rundir import RunDirectory
 from barchan.triggers import Every
@@ -36,7 +37,7 @@ def start(experiment, scene, path, manner, journal):
         Interrupted: a signal ended it; it can be resumed.
     """
     sim = prepared(experiment, scene, manner.threads, journal)
-    directory = RunDirectory(path)
+    directory = RunDirectory(path, sim.comm)
     try:
         if directory.is_foreign:
             raise SceneError(f"{path} holds other files, and no run; choose an empty directory, or a new one, with --out")
@@ -62,7 +63,7 @@ def resume(experiment, scene, path, manner, journal):
     try:
         journal.keep(directory.path / "log.txt")
         sim = experiment.build(scene, manner.threads, with_grains=False)
-        compile_law(sim.law, sim.materials.list, journal.compiling)
+        first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling))
         directory.sweep()
         found, complaints = directory.resume(sim)
         for complaint in complaints:
@@ -75,8 +76,7 @@ def resume(experiment, scene, path, manner, journal):
             journal.say(f"no checkpoint yet in {path}: starting again")
             sim = prepared(experiment, scene, manner.threads, journal)
         _check_same(scene, sim, directory)
-        for table in sorted((directory.path / "tables").glob("*.csv")):
-            read_table(table)  # a damaged one is named before the first step, not after the last
+        on_first_rank(sim.comm, lambda: _read_tables(directory.path))
         if sim.step_number >= experiment.stages(scene)[-1].end:
             journal.say(f"the run in {path} is finished, at step {sim.step_number:,}; give a longer --duration to continue it")
         else:
@@ -90,15 +90,22 @@ def resume(experiment, scene, path, manner, journal):
 def prepared(experiment, scene, threads, journal):
     """The simulation at its start, compiled and checked: nothing was written."""
     sim = experiment.build(scene, threads, with_grains=True)
-    compile_law(sim.law, sim.materials.list, journal.compiling)
+    first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling))
     sim.prepare()
     return sim
+
+
+def _read_tables(path):
+    """A damaged table is named before the first step, not after the last."""
+    for table in sorted((path / "tables").glob("*.csv")):
+        read_table(table)
 
 
 def counted(sim):
     """How many grains there are, for a person."""
     immobile = int((sim.grains.view("frozen") == 1).sum())
-    return f"{sim.grains.n - immobile:,} grains that move, {immobile:,} immobile ones"
+    immobile, count = sim.comm.sum([immobile, sim.grains.n]).tolist()
+    return f"{count - immobile:,} grains that move, {immobile:,} immobile ones"
 
 
 def _check_same(scene, sim, directory):
@@ -130,13 +137,15 @@ def _run(experiment, scene, sim, directory, manner, journal):
             journal.note(text)
             raise Interrupted(text) from None
         except RunError as error:
-            text = f"{error}. {_last_state(sim, directory)}"
+            all_know = sim.comm.size == 1 or getattr(error, "told_by", None) is not None
+            text = f"{error}. {_last_state(sim, directory)}" if all_know else str(error)
             journal.note(text)
-            raise type(error)(text) from None
+            raise told_as(type(error)(text), error) from None
         finally:
             progress.close()
-            _keep_record(directory, sitting.account(sim), journal)
-    summary.show(experiment, scene, directory.path, journal)
+            if sim.comm.rank == 0:
+                _keep_record(directory, sitting.account(sim), journal)
+    on_first_rank(sim.comm, lambda: summary.show(experiment, scene, directory.path, journal))
 
 
 def _keep_record(directory, account, journal):

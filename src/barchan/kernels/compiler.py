@@ -146,36 +146,38 @@ def shares(count):
     return np.arange(threads + 1, dtype=np.uint64) * np.uint64(count) // np.uint64(threads)
 
 
-def default_threads():
-    """Threads that this process may use."""
-    return min(config.NUMBA_NUM_THREADS, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
+def default_threads(processes=1):
+    """Threads that this process may use, if ``processes`` of one program share the cores of this machine."""
+    allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    bound = allowed < (os.cpu_count() or 1)  # to cores of its own, by who started it
+    return max(1, min(config.NUMBA_NUM_THREADS, allowed // (1 if bound else processes)))
 
 
-#: Kernels of a scene that starts with an empty cache.
-_KERNELS = 36
+#: Kernels of a scene that starts with an empty cache, and those that only several ranks need.
+_KERNELS, _OF_RANKS = 36, 3
 
 
 class _Kernels(event.Listener):
     """Tells of each kernel that Numba begins to compile."""
 
-    def __init__(self, title, announce):
-        self.title, self.announce, self.count = title, announce, 0
+    def __init__(self, title, announce, most):
+        self.title, self.announce, self.most, self.count = title, announce, most, 0
 
     def on_start(self, event):
         """A function is about to be compiled; kernels are those that are kept on disk."""
         dispatcher = event.data["dispatcher"]
         if dispatcher.targetoptions.get("nogil"):
             self.count += 1
-            self.announce(f"{self.title}: {dispatcher.py_func.__name__} ({self.count} of at most {_KERNELS})")
+            self.announce(f"{self.title}: {dispatcher.py_func.__name__} ({self.count} of at most {self.most})")
 
     def on_end(self, event):
         """Nothing to tell."""
 
 
 @contextmanager
-def announced(title, announce):
+def announced(title, announce, several_ranks=False):
     """While this lasts, ``announce`` is called with a line of text for each kernel that has to be compiled."""
-    listener = _Kernels(title, announce)
+    listener = _Kernels(title, announce, _KERNELS + _OF_RANKS * several_ranks)
     event.register("numba:compile", listener)
     try:
         yield

@@ -135,6 +135,23 @@ def find_pairs(
         ends[p] = keep_pairs(length, looked[p], ghost_rows, frozen, ids, first, second, end, last, counts)
 
 
+@kernel()
+def inner_first(n_owned, first, second, one, other):
+    """Bring pairs of two owned grains before those with ghosts, both in the order in which they were; ``one`` and ``other`` are
+    room. Returns how many there are."""
+    inner, border = 0, 0
+    for k in range(first.shape[0]):
+        i, j = first[k], second[k]
+        both = i < n_owned and j < n_owned
+        first[inner], second[inner] = i, j
+        one[border], other[border] = i, j
+        inner += both
+        border += not both
+    for k in range(border):
+        first[inner + k], second[inner + k] = one[k], other[k]
+    return inner
+
+
 @kernel(parallel=True)
 def see_places(place, ghost_rows, seen):
     """Coordinates and radii of the owned grains, and then of the ghosts in the order of ``ghost_rows``, as rows of ``seen``."""

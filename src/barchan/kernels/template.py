@@ -191,14 +191,19 @@ def whole_blocks(n_pairs):
     return -(-n_pairs // BLOCK) * BLOCK
 
 
-def block_rooms(n_pairs, history_width):
+def block_rooms(n_pairs, history_width, begin=0):
     """What ``pair_forces`` needs for each thread: where its candidates begin, (threads + 1,), which is where a block begins, and
     room for a block of them.
+
+    Args:
+        n_pairs: where the candidates end.
+        begin: the first of them, where a block begins.
 
     Returns:
         (parts, rows (threads, 3, BLOCK), branch vectors (threads, 3, BLOCK), new memory (threads, history_width, BLOCK)).
     """
-    parts = np.minimum(shares(whole_blocks(n_pairs) // BLOCK) * np.uint64(BLOCK), np.uint64(n_pairs))
+    blocks = shares(whole_blocks(n_pairs - begin) // BLOCK)
+    parts = np.minimum(np.uint64(begin) + blocks * np.uint64(BLOCK), np.uint64(n_pairs))
     rows, *rooms = ((len(parts) - 1, count, BLOCK) for count in (3, 3, history_width))
     return parts, np.empty(rows, np.uint32), *(np.empty(room) for room in rooms)
 

@@ -85,7 +85,7 @@ class Contacts:
         self.slot, self.surface = np.zeros(0, dtype=np.uint32), np.zeros((11, 0))
         self._store, self._history_first = np.zeros((law.history_width + max(law.history_width, self.out_rows), 1)), True
         self._lay_out()
-        self._fresh_at_walls, self.computed = np.zeros((law.history_width, 0)), False
+        self._n_inner, self._fresh_at_walls, self.computed = 0, np.zeros((law.history_width, 0)), False
         self._ids = np.zeros(0, dtype=np.int64)
         self.wall_ranges, self._pairs_per_grain, self._stores = [], 4.0, {}
 
@@ -170,7 +170,9 @@ class Contacts:
             for rows in (first, second):
                 rows[n_pairs : n_pairs + end - begin] = rows[begin:end]
             n_pairs += end - begin
-        self.first, self.second = first[:n_pairs], second[:n_pairs]
+        self.first, self.second, self._n_inner = first[:n_pairs], second[:n_pairs], n_pairs
+        if grains.n_ghost:
+            self._n_inner = int(pair_kernels.inner_first(grains.n, self.first, self.second, *np.empty((2, n_pairs), np.uint32)))
         self._offsets = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
 
     def _build_wall_contacts(self, grains, walls, skin):
@@ -264,8 +266,14 @@ class Contacts:
         """What each contact remembers, (width, contacts); zeros if it does not touch."""
         return self.history[:, self._memory_columns()]
 
-    def compute(self, loops, grains, setting):
-        """Forces of all contacts; memory advances by the time step, forces are kept by column.
+    @property
+    def parts(self):
+        """The pairs in two ranges: whole blocks of which both grains are owned, and all others."""
+        middle = self.n_pairs if self._n_inner == self.n_pairs else self._n_inner // BLOCK * BLOCK
+        return (0, middle), (middle, self.n_pairs)
+
+    def compute_pairs(self, loops, grains, setting, some):
+        """Forces of a range of pairs, one of ``parts``; memory advances by the time step, forces are kept by column.
 
         Args:
             loops: compiled ``Loops`` of the law.
@@ -274,20 +282,31 @@ class Contacts:
         Returns:
             (contacts that touch, above the allowed overlap, above the largest).
         """
-        state = tuple(grains.block(name, ghosts=True) for name in ("place", "motion", "spin", "material"))
-        law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self.out, self.changed)
-        last = (setting.dt, setting.allowed_overlap, setting.max_overlap)
-        parts, *rooms = block_rooms(self.n_pairs, self.history_width)
+        begin, end = some
+        if begin == end:
+            return 0, 0, 0
+        parts, *rooms = block_rooms(end, self.history_width, begin)
         pairs = (parts, self.first, self.second, np.uint32(grains.n))
         frame = (setting.frame.length, setting.frame.half)
-        counts = loops.pair_forces(*pairs, *state, *law, *rooms, *frame, *last)
+        return loops.pair_forces(*pairs, *self._what_acts(grains, setting), *rooms, *frame, *_limits(setting))
+
+    def compute_walls(self, loops, grains, setting):
+        """Forces of contacts at walls, which come last; takes and returns what ``compute_pairs`` does."""
+        counts = (0, 0, 0)
         if len(self.wall_grain):
             columns = (self._fresh_at_walls, np.uint64(self.n_pairs), np.uint64(self._wall_column))
-            at_walls = loops.wall_forces(self.wall_grain, self.surface, *state, self.wall_material, *law, *columns, *last)
-            counts = [a + b for a, b in zip(counts, at_walls)]
+            *state, stride, table, slot, history, out, changed = self._what_acts(grains, setting)
+            law = (self.wall_material, stride, table, slot, history, out, changed)
+            counts = loops.wall_forces(self.wall_grain, self.surface, *state, *law, *columns, *_limits(setting))
         self._order_incidence()
         self.computed = True
         return counts
+
+    def _what_acts(self, grains, setting):
+        """What the loops of a law read and write, besides the list: four blocks of the grains, and the law's."""
+        state = (grains.block(name, ghosts=True) for name in ("place", "motion", "spin", "material"))
+        law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self.out, self.changed)
+        return *state, *law
 
     def advance(self, loops, begin, bodies, walls, rules, told):
         """Many steps at once.
@@ -326,3 +345,8 @@ class Contacts:
             grains.block("force"),
             grains.block("torque"),
         )
+
+
+def _limits(setting):
+    """The last arguments of the loops of a law."""
+    return setting.dt, setting.allowed_overlap, setting.max_overlap

@@ -1,15 +1,17 @@
 """Who the other ranks are and how to talk to them: the few verbs that everything in ``parallel`` is written with.
 
 ``Serial`` is one rank alone. ``VirtualRank`` is one of several ranks that live as threads of one process and take turns:
-only the one that holds the baton computes, and it passes the baton on whenever it has to wait for the others. The same
-simulation runs on either, unchanged, and so it will on MPI.
+only the one that holds the baton computes, and it passes the baton on whenever it has to wait for the others. ``MpiRank``
+(``mpi.py``) is one of several processes. The same simulation runs on any of them, unchanged.
 """
 
 import threading
+from functools import lru_cache
 
 import numpy as np
 
 from barchan.errors import RankError, SceneError
+from barchan.parallel.mpi import mpi_world
 from barchan.words import shown
 
 _local = threading.local()
@@ -18,7 +20,7 @@ _local = threading.local()
 class Serial:
     """One rank alone."""
 
-    rank, size = 0, 1
+    rank, size, ranks_on_node, rank_on_node = 0, 1, 1, 0
 
     def sum(self, values):
         """Sum of an integer array over all ranks (integers only: floating-point sums depend on the order)."""
@@ -32,12 +34,45 @@ class Serial:
         """List of every rank's small Python object."""
         return [item]
 
-    def exchange(self, messages):
-        """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes."""
+    def from_first(self, item):
+        """Rank 0's small Python object."""
+        return item
+
+    def before(self, values):
+        """Sum of an integer array over all lower ranks."""
+        return np.zeros(len(values), dtype=np.int64)
+
+    def exchange(self, messages, partners=None):
+        """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes.
+
+        Args:
+            partners: ranks that may send here and be sent to, the same of each other; None: all.
+        """
         return dict(messages)
+
+    def start(self, outgoing, incoming):
+        """Begin to send arrays of bytes and to receive into others, rank -> array, whose sizes are those that will come. What is
+        returned can ``finish``: wait until all has arrived, and all that was sent may be changed."""
+        return _Copying(lambda: dict(outgoing), incoming)
 
     def barrier(self):
         """Wait for all ranks."""
+
+    def end(self, error, tell):
+        """An error ends this rank, and with it all: ``tell()`` writes the message."""
+        tell()
+
+
+class _Copying:
+    """Messages within one process."""
+
+    def __init__(self, received, incoming):
+        self._received, self._incoming = received, incoming
+
+    def finish(self):
+        """Wait for all ranks, and take what they sent."""
+        for source, message in self._received().items():
+            self._incoming[source][...] = message
 
 
 class _World:
@@ -48,6 +83,8 @@ class _World:
 
 class VirtualRank:
     """One of several ranks in this process; made by ``virtual_ranks``."""
+
+    ranks_on_node, rank_on_node = 1, 0  # they take turns
 
     def __init__(self, world, rank):
         self._world, self.rank, self.size = world, rank, world.size
@@ -77,8 +114,23 @@ class VirtualRank:
         """Largest value over all ranks, element by element."""
         return np.max(self.all_gather(np.array(values, dtype=np.float64)), axis=0)
 
-    def exchange(self, messages):
-        """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes."""
+    def from_first(self, item):
+        """Rank 0's small Python object."""
+        return self.all_gather(item)[0]
+
+    def before(self, values):
+        """Sum of an integer array over all lower ranks."""
+        return np.sum([np.zeros(len(values)), *self.all_gather(np.array(values))[: self.rank]], axis=0, dtype=np.int64)
+
+    def start(self, outgoing, incoming):
+        """Begin to send arrays of bytes and to receive into others; see ``Serial``."""
+        return _Copying(lambda: self.exchange(outgoing), incoming)
+
+    def exchange(self, messages, partners=None):
+        """Send ``messages`` (rank -> array of bytes) and return what was received; see ``Serial``."""
+        stranger = next((rank for rank in messages if partners is not None and rank not in partners), None)
+        if stranger is not None:
+            raise ValueError(f"rank {self.rank} has a message for rank {stranger}, which does not listen to it")
         sent = self.all_gather({rank: message.copy() for rank, message in messages.items()})
         return {source: boxes[self.rank].copy() for source, boxes in enumerate(sent) if self.rank in boxes}
 
@@ -88,8 +140,16 @@ class VirtualRank:
 
 
 def world():
-    """The communicator of this program: the virtual rank that runs it, or one rank alone."""
-    return getattr(_local, "comm", None) or Serial()
+    """The communicator of this program: the virtual rank that runs it, the processes that a launcher started together, or one
+    rank alone.
+
+    Raises:
+        SceneError: several processes were started, but they cannot find each other.
+    """
+    return getattr(_local, "comm", None) or _mpi_world() or Serial()
+
+
+_mpi_world = lru_cache(maxsize=1)(mpi_world)
 
 
 def virtual_ranks(size, program, *args):

@@ -4,15 +4,34 @@ import numpy as np
 
 from barchan.errors import LostGrainError
 from barchan.neighbors.rows import ContactRows
-from barchan.parallel.message import Reader, pack
+from barchan.parallel.mapping import Mapping, by_rank
 
 
-def migrate(comm, topology, grains, rows):
-    """Send every owned grain to its owner.
+def to_owners(comm, topology, grains, rows, reach=None):
+    """Every grain to the rank that owns its place. Takes ``grains`` and ``rows``, and returns and raises, what ``migrate`` does.
 
     Args:
+        reach: among ranks within so far of each other [length] (local mapping), unless some grain has further to go; None: among
+            all (global mapping).
+    """
+    if comm.size == 1:
+        return rows
+    owner, partners = topology.owner(grains.view("position")), None
+    if reach is not None:
+        near = topology.neighbours(comm.rank, reach)
+        far = bool(np.isin(owner, (*near, comm.rank), invert=True).any())
+        partners = None if comm.maximum([float(far)])[0] else near
+    return migrate(comm, owner, grains, rows, partners)
+
+
+def migrate(comm, owner, grains, rows, partners=None):
+    """Send every owned grain to its owner: one message a rank with all fields, one with the contacts.
+
+    Args:
+        owner: (n,) rank of each grain.
         grains: ``Grains`` without ghosts; modified.
         rows: ``ContactRows`` of its grains.
+        partners: ranks within reach, if no grain of any rank goes further (local mapping); None: any rank (global).
 
     Returns:
         The rows of the grains that are owned now.
@@ -20,34 +39,37 @@ def migrate(comm, topology, grains, rows):
     Raises:
         LostGrainError: the number of grains over all ranks has changed.
     """
-    if comm.size == 1:
-        return rows
-    before = int(comm.sum([grains.n])[0])
-    owner = topology.owner(grains.view("position"))
-    messages = {}
-    for rank in np.unique(owner[owner != comm.rank]):
-        leaving = np.flatnonzero(owner == rank)
-        part = rows.take(leaving)
-        header = np.array([len(leaving), len(part.keys)], dtype=np.int64)
-        blocks = [grains.block(name)[leaving] for name in grains.block_names]
-        messages[int(rank)] = pack([header, np.diff(part.start), part.keys, part.values, *blocks])
+    before = grains.n
+    leaving = by_rank(owner, but=comm.rank)
+    travel = Mapping.define(comm, leaving, partners)
+    counts = np.diff(rows.start)
+    for name in grains.block_names:
+        travel.push(grains.block(name))
+    travel.push(counts).send()
     staying = np.flatnonzero(owner == comm.rank)
-    parts = [rows.take(staying)]
     grains.keep(staying)
-    received = comm.exchange(messages)
-    for source in sorted(received):
-        reader = Reader(received[source])
-        count, n_rows = (int(v) for v in reader.take(np.int64, 2))
-        counts = reader.take(np.int64, count)
-        keys, values = reader.take(np.int64, n_rows), reader.take(np.float64, (n_rows, rows.values.shape[1]))
-        parts.append(ContactRows(np.concatenate([[0], np.cumsum(counts)]), keys, values))
-        grains.append_rows({name: _take_block(reader, grains, name, count) for name in grains.block_names}, count)
-    after = int(comm.sum([grains.n])[0])
-    if after != before:
-        raise LostGrainError(f"{before} grains before the migration, {after} after it: an error of barchan, please report it")
-    return ContactRows.join(parts)
+    arrived = {name: travel.pop() for name in grains.block_names}
+    grains.append_rows(arrived, travel.n_received)
+    joined = ContactRows.join([rows.take(staying), move_rows(travel, rows, travel.pop())])
+    moved = comm.sum([before, grains.n])
+    if moved[0] != moved[1]:
+        raise LostGrainError(
+            f"{moved[0]} grains before the migration, {moved[1]} after it: an error of barchan, please report it"
+        )
+    return joined
 
 
-def _take_block(reader, grains, name, count):
-    example = grains.block(name)
-    return reader.take(example.dtype, (count, *example.shape[1:]))
+def move_rows(travel, rows, counts):
+    """Contacts of the grains that ``travel``; those that arrive are ``counts`` for each grain."""
+    sends = {rank: _row_numbers(rows.start, grains) for rank, grains in travel.sends.items()}
+    ends = np.cumsum([0, *travel.receives.values()])
+    receives = {source: int(counts[a:b].sum()) for source, a, b in zip(travel.receives, ends[:-1], ends[1:])}
+    contacts = Mapping(travel.comm, sends, receives).push(rows.keys).push(rows.values).send()
+    return ContactRows(np.concatenate([[0], np.cumsum(counts)]), contacts.pop().copy(), contacts.pop().copy())
+
+
+def _row_numbers(start, grains):
+    """Numbers of the rows of the given grains, one grain after another."""
+    counts = start[grains + 1] - start[grains]
+    first = np.repeat(start[grains] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
+    return first + np.arange(counts.sum())

@@ -48,7 +48,7 @@ def same(first, second, allowed="identical"):
     """The finding that two states have the same bits, and enough contacts for that to mean something."""
     lines = differences(first, second)
     contacts = len(first.contacts.keys)
-    return Finding(lines[0] if lines else f"identical, {contacts} contacts", allowed, not lines and contacts > 300)
+    return Finding(lines[0] if lines else f"identical, {contacts} contacts", allowed, not lines and contacts > 150)
 
 
 @contextmanager

@@ -1,9 +1,11 @@
-"""What is written, as arrays over all ranks: grains at the full step, contacts as lines."""
+"""What is written, as arrays in the order of ids, of which each rank has a part: grains at the full step, contacts as lines."""
 
 import numpy as np
 
 from barchan.errors import SceneError
 from barchan.measure import contact_table
+from barchan.parallel.mapping import Mapping, by_rank
+from barchan.parallel.regroup import ById
 
 #: Fields of a grain that are written as they are, besides the user's own; velocities are brought to the full step.
 FIELDS = ("id", "position", "radius", "mass", "force", "material", "frozen", "image")
@@ -15,8 +17,8 @@ def grains_at_full_step(sim):
     The state holds velocities at n-1/2; half a kick brings them to n: v + dt/2 F/m, the values that energies are made of.
 
     Returns:
-        Field name -> array (grains,) or (grains, width), on every rank: ``FIELDS``, ``velocity``, ``omega``, and the fields
-        that the user added.
+        Field name -> array (grains,) or (grains, width): ``FIELDS``, ``velocity``, ``omega``, and the fields that the user added;
+        of several ranks each has a range of ids.
 
     Raises:
         SceneError: forces are not known, since the simulation was not prepared.
@@ -27,7 +29,8 @@ def grains_at_full_step(sim):
     columns = {name: grains.view(name) for name in names}
     columns["velocity"] = grains.view("velocity") + half * grains.view("force") * grains.view("inverse_mass")[:, None]
     columns["omega"] = grains.view("omega") + half * grains.view("torque") * grains.view("inverse_inertia")[:, None]
-    return _gathered(sim, columns)
+    parts = ById(sim.comm, grains.view("id"), sim.next_id)
+    return {name: parts.bring(np.ascontiguousarray(column)) for name, column in columns.items()}
 
 
 def contact_lines(sim):
@@ -39,23 +42,40 @@ def contact_lines(sim):
     Returns:
         (points (k, 2, 3) [length], cell name -> array (k,) or (k, 3)): ``force`` on the first grain [force],
         ``normal_force`` its part along the normal, positive where it pushes [force], ``overlap`` [length], ``first``,
-        ``second`` (ids; the negative key of a wall), on every rank.
+        ``second`` (ids; the negative key of a wall); of several ranks each has those of a range of first ids.
 
     Raises:
         SceneError: contacts are not known, since the simulation was not prepared.
     """
     _require(sim.is_primed and sim.is_listed, sim)
-    table = contact_table(sim)
-    grains = _gathered(sim, {name: sim.grains.view(name) for name in ("id", "position")})
+    table, (centre, other) = contact_table(sim, all_ranks=False), _centres(sim)
     at_wall = table["second"] < 0
-    centre = grains["position"][np.searchsorted(grains["id"], table["first"])]
-    other = grains["position"][np.searchsorted(grains["id"], np.where(at_wall, table["first"], table["second"]))]
     branch = np.where(at_wall[:, None], table["point"] - centre, sim.box.difference(other, centre))
     length = np.sqrt((branch**2).sum(axis=1))
     normal = -branch / np.where(length > 0.0, length, 1.0)[:, None]
     cells = {name: table[name] for name in ("first", "second", "overlap", "force")}
     cells["normal_force"] = (table["force"] * normal).sum(axis=1)
-    return np.stack([centre, centre + branch], axis=1), cells
+    lines = np.concatenate([centre, centre + branch], axis=1)
+    travel = Mapping.define(sim.comm, by_rank(cells["first"] * sim.comm.size // max(sim.next_id, 1)))
+    for column in (lines, *cells.values()):
+        travel.push(column)
+    travel.send()
+    lines, *columns = (travel.pop() for _ in range(1 + len(cells)))
+    cells = dict(zip(cells, columns))
+    order = np.lexsort((cells["second"], cells["first"]))
+    return lines[order].reshape(-1, 2, 3), {name: column[order] for name, column in cells.items()}
+
+
+def _centres(sim):
+    """Centres of the first and of the second grain of each contact that ``contact_table`` has of this rank, in its order."""
+    place, ids = sim.grains.block("place", True)[:, :3], sim.grains.view("id", True)
+    contacts = sim.contacts
+    first = np.concatenate([contacts.first, contacts.wall_grain])
+    second = np.concatenate([contacts.second, contacts.wall_grain])
+    keys = np.concatenate([ids[contacts.second], contacts.wall_key])
+    mine = np.flatnonzero((first < sim.grains.n) & (contacts.slot > 0))
+    order = mine[np.lexsort((keys[mine], ids[first[mine]]))]
+    return place[first[order]], place[second[order]]
 
 
 def _require(known, sim):
@@ -64,11 +84,3 @@ def _require(known, sim):
             f"step {sim.step_number}: forces and contacts are not known yet, so they cannot be written; "
             f"call Simulation.prepare() first"
         )
-
-
-def _gathered(sim, columns):
-    """Columns of the owned grains joined over all ranks, in ascending order of id."""
-    parts = sim.comm.all_gather({name: column.copy() for name, column in columns.items()})
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in columns}
-    order = np.argsort(joined["id"], kind="stable")
-    return {name: column[order] for name, column in joined.items()}

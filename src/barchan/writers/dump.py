@@ -1,6 +1,6 @@
 """Grains as text files that OVITO opens and LAMMPS' ``read_dump`` reads."""
 
-from barchan.atomic import writing
+from barchan.parallel.files import write_bytes
 from barchan.writers.collect import grains_at_full_step
 from barchan.writers.output import StepFiles
 
@@ -38,17 +38,19 @@ class LammpsDump(StepFiles):
 
     def put(self, path, content, sim):
         """Write the file."""
-        with writing(path) as partial, open(partial, "w", encoding="ascii") as file:
-            file.write(_head(sim, content))
-            rows = zip(*(map(repr, column.tolist()) for column in content.values()))
-            file.writelines(f"{line}\n" for line in map(" ".join, rows))
+        rows = zip(*(map(repr, column.tolist()) for column in content.values()))
+        text = "".join(f"{line}\n" for line in map(" ".join, rows))
+        count = int(sim.comm.sum([len(content["id"])])[0])
+        if sim.comm.rank == 0:
+            text = _head(sim, content, count) + text
+        write_bytes(sim.comm, path, text.encode("ascii"))
 
 
-def _head(sim, columns):
+def _head(sim, columns, count):
     low, high, periodic = sim.box.low.tolist(), sim.box.high.tolist(), sim.box.periodic
     faces = " ".join("pp" if wraps else "ff" for wraps in periodic)
     bounds = "".join(f"{a!r} {b!r}\n" for a, b in zip(low, high))
     return (
-        f"ITEM: TIME\n{sim.time!r}\nITEM: TIMESTEP\n{sim.step_number}\nITEM: NUMBER OF ATOMS\n{len(columns['id'])}\n"
+        f"ITEM: TIME\n{sim.time!r}\nITEM: TIMESTEP\n{sim.step_number}\nITEM: NUMBER OF ATOMS\n{count}\n"
         f"ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {' '.join(columns)}\n"
     )

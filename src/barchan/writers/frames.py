@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from barchan.atomic import writing, writing_hdf5
+from barchan.atomic import writing
 from barchan.errors import ResultError
+from barchan.parallel.guard import on_first_rank
 from barchan.writers.collect import FIELDS, contact_lines, grains_at_full_step
 from barchan.writers.output import StepFiles, step_files, step_of
 from barchan.writers.vtkhdf import read_polydata, write_polydata
@@ -61,10 +62,9 @@ class _Frames(StepFiles):
         """Write the frame, then the series that lists it."""
         points, cells, data = content
         now = {"step": np.array([sim.step_number]), "time": np.array([sim.time])}
-        with writing_hdf5(path) as file:
-            write_polydata(file, points, cells, data | {"FieldData": now})
+        write_polydata(sim.comm, path, points, cells, data | {"FieldData": now})
         self._times[path.name] = sim.time
-        self._write_series()
+        on_first_rank(sim.comm, self._write_series)
 
     def _write_series(self):
         files = [{"name": name, "time": time} for name, time in sorted(self._times.items()) if (self.directory / name).is_file()]

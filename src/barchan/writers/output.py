@@ -4,8 +4,8 @@ import os
 import re
 from pathlib import Path
 
-from barchan.errors import BarchanError, OutputError
-from barchan.parallel.guard import raise_together
+from barchan.errors import OutputError, RankError
+from barchan.parallel.guard import on_first_rank, told_as
 from barchan.triggers import trigger
 
 
@@ -18,25 +18,29 @@ def write_on_first_rank(sim, path, write):
     Raises:
         OutputError: the operating system refused (on rank 0; a RankError that quotes it on the others).
     """
-    failure = None
-    if sim.comm.rank == 0:
-        try:
-            Path(path).parent.mkdir(parents=True, exist_ok=True)
-            write()
-        except BarchanError as error:
-            failure = error
-        except FileExistsError:
-            failure = OutputError(
-                f"step {sim.step_number}: {path} cannot be written: {Path(path).parent} is a file, not a directory. "
-                f"Choose another directory"
-            )
-        except OSError as error:
-            reason = os.strerror(error.errno) if error.errno else error
-            failure = OutputError(
-                f"step {sim.step_number}: {path} cannot be written: {reason}. What was there before is untouched. Make room, or "
-                f"choose a directory that can be written, then resume from the last checkpoint"
-            )
-    raise_together(sim.comm, failure)
+    write_together(sim, path, lambda: on_first_rank(sim.comm, write))
+
+
+def write_together(sim, path, write):
+    """Call ``write()`` on all ranks; what it raises, it raises on all. Takes and raises what ``write_on_first_rank`` does."""
+    try:
+        on_first_rank(sim.comm, lambda: Path(path).parent.mkdir(parents=True, exist_ok=True))
+        write()
+    except RankError as error:
+        raise told_as(RankError(f"step {sim.step_number}: {path} cannot be written: {error}"), error) from None
+    except FileExistsError as error:
+        refusal = OutputError(
+            f"step {sim.step_number}: {path} cannot be written: {Path(path).parent} is a file, not a directory. "
+            f"Choose another directory"
+        )
+        raise told_as(refusal, error) from None
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else error
+        refusal = OutputError(
+            f"step {sim.step_number}: {path} cannot be written: {reason}. What was there before is untouched. Make room, or "
+            f"choose a directory that can be written, then resume from the last checkpoint"
+        )
+        raise told_as(refusal, error) from None
 
 
 class StepFiles:
@@ -66,20 +70,17 @@ class StepFiles:
         content = self.collect(sim)
         path = self.directory / f"{self.kind}_{sim.step_number:012d}.{self.suffix}"
 
-        def write():
-            if self._is_first:
-                self.begin(sim.step_number)
-                self._is_first = False
-            self.put(path, content, sim)
-
-        write_on_first_rank(sim, path, write)
+        if self._is_first:
+            write_on_first_rank(sim, path, lambda: self.begin(sim.step_number))
+            self._is_first = False
+        write_together(sim, path, lambda: self.put(path, content, sim))
 
     def collect(self, sim):
-        """What to write; called on all ranks."""
+        """What to write, of each rank a part; called on all ranks."""
         raise NotImplementedError
 
     def put(self, path, content, sim):
-        """Write what ``collect`` returned to the file ``path``; called on rank 0."""
+        """Write what ``collect`` returned to the file ``path``; called on all ranks."""
         raise NotImplementedError
 
     def begin(self, step):

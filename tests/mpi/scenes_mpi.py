@@ -1,0 +1,68 @@
+"""Small scenes of every kind of flow, for several ranks and for one: dense, gas, chute, avalanche."""
+
+import warnings
+
+import numpy as np
+import states
+
+import barchan as bc
+from barchan.checkpoint import collect
+from barchan.experiments.avalanche import Avalanche, build, stages
+
+
+def dense(**options):
+    """Coordination above 6, two materials, frozen grains, two walls, one of which moves."""
+    return states.dense(bc.laws.hertz_standard, **options)
+
+
+def gas(**options):
+    """400 fast grains in a box that is periodic on all sides: they cross borders all the time, and touch rarely."""
+    box = bc.Box((0, 0, 0), (16, 12, 10), (True, True, True))
+    soft = bc.Material("m", density=1.0, kn=2e5, kt=6e4, gamma_n=5.0, gamma_t=5.0, friction=0.5)
+    sim = bc.Simulation(box, bc.laws.hertz_standard, soft, dt=2e-4, **options)
+    cells = np.stack(np.meshgrid(*map(np.arange, (10, 8, 5)), indexing="ij"), axis=-1).reshape(-1, 3)
+    random = np.random.default_rng(2)
+    velocity = random.normal(0.0, 8.0, cells.shape)
+    sim.add_grains(cells * (1.6, 1.5, 2.0) + 0.7, random.uniform(0.4, 0.6, len(cells)), velocity=velocity)
+    return sim
+
+
+def chute(**options):
+    """Grains that slide and roll over a frozen base, few contacts each."""
+    box = bc.Box((0, 0, -1), (20, 10, 30), (True, True, False))
+    hard = bc.Material("m", density=1.0, kn=2e5, kt=2.0 / 7.0 * 2e5, gamma_n=50.0, friction=0.5)
+    sim = bc.Simulation(box, bc.laws.linear_standard, hard, dt=1e-4, gravity=(0.45, 0.0, -0.9), **options)
+    cells = np.stack(np.meshgrid(*map(np.arange, (18, 9, 5)), indexing="ij"), axis=-1).reshape(-1, 3)
+    random = np.random.default_rng(4)
+    position = cells * (1.1, 1.1, 1.01) + (0.6, 0.6, 0.0) + random.uniform(-0.02, 0.02, cells.shape)
+    velocity = np.outer(cells[:, 2], (2.0, 0.2, 0.0))
+    sim.add_grains(position, 0.5, velocity=velocity, frozen=cells[:, 2] == 0)
+    return sim
+
+
+def avalanche(threads=1, comm=None):
+    """The experiment, coarse and short: its right wall is removed after 150 steps."""
+    scene = Avalanche.make({"coarse_graining": 12.0, "equilibrate": 0.004, "duration": 0.006})
+    sim = build(scene, threads, comm)
+    for stage in stages(scene):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            stage.begin(sim)
+            sim.run(stage.end - sim.step_number)
+    return sim
+
+
+SCENES = {"dense": dense, "gas": gas, "chute": chute}
+
+
+def state_after(name, steps, change=None, **options):
+    """The state of a scene after some steps, on all ranks."""
+    if name == "avalanche":
+        return collect(avalanche(**options))
+    sim = SCENES[name](**options)
+    if change:
+        change(sim)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        sim.run(steps)
+    return collect(sim)

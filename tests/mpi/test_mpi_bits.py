@@ -1,0 +1,122 @@
+"""Several processes compute the bits that one computes."""
+
+import warnings
+
+import numpy as np
+import pytest
+import states
+from scenes_mpi import SCENES, avalanche, state_after
+
+import barchan as bc
+from barchan.checkpoint import collect, read_state, restore, save
+from barchan.compare import differences
+from barchan.kernels import compiler
+from barchan.parallel import Serial
+
+STEPS = 150
+
+
+@pytest.fixture(autouse=True)
+def threads_even_for_few_grains(monkeypatch):
+    monkeypatch.setattr(compiler, "GRAINS_PER_THREAD", 1)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """Name of a scene -> its state on one rank and one thread."""
+    known = {}
+
+    def of(name):
+        if name not in known:
+            known[name] = state_after(name, STEPS, threads=1, comm=Serial())
+        return known[name]
+
+    return of
+
+
+def every_rebuild(sim):
+    """Shared anew in each of many rebuilds."""
+    sim.balance.when = lambda step: True
+    sim.staleness.also_when = lambda step: step % 7 == 0
+
+
+def never(sim):
+    sim.balance.when = "never"
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("change", [every_rebuild, never, None], ids=lambda change: change.__name__ if change else "when it pays")
+@pytest.mark.parametrize("name", SCENES)
+def test_the_same_bits(name, change, threads, comm, alone):
+    assert differences(alone(name), state_after(name, STEPS, change, threads=threads)) == []
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_avalanche_has_the_same_bits(threads, comm):
+    serial = collect(avalanche(comm=Serial()))
+    sim = avalanche(threads)
+    assert differences(serial, collect(sim)) == []
+    assert sim.balance.count >= 1 and comm.sum([sim.grains.n_ghost])[0] > 0
+
+
+def test_the_scenes_are_worth_it(comm, alone):
+    """Grains migrate, pairs across ranks are remembered, and ranks have ghosts."""
+    for name in SCENES:
+        sim = SCENES[name](threads=1)
+        before = sim.grains.view("id").copy()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim.run(STEPS)
+        moved = comm.sum([len(np.setdiff1d(before, sim.grains.view("id")))])[0]
+        assert moved > 5 and comm.sum([sim.grains.n_ghost])[0] > 50, name
+        across = (sim.contacts.slot[: sim.contacts.n_pairs] > 0) & (sim.contacts.second >= sim.grains.n)
+        assert comm.sum([across.sum()])[0] >= 1, name
+
+
+def test_grains_that_touch_migrate_together_alone_and_back(comm, alone):
+    """Two grains that stick out of nothing but their contact cross a border back and forth, rebuilt in every step; so do the
+    border and they at once."""
+
+    def pair(comm=None, also=None):
+        box = bc.Box((0, 0, 0), (8, 4, 4), (True, True, True))
+        soft = bc.Material("m", density=1.0, kn=2e3, kt=6e2, friction=0.4)
+        sim = bc.Simulation(box, bc.laws.hertz, soft, dt=2e-3, threads=1, comm=comm)
+        sim.add_grains([(3.3, 2, 2), (4.2, 2.1, 2), (0.5, 1, 1), (7.6, 1.1, 1)], 0.5, velocity=[(1.5, 0.4, 0), (1.3, 0, 0)] * 2)
+        sim.balance.when, sim.staleness.also_when = "never" if also is None else also, lambda step: True
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            for turn in range(12):
+                sim.run(100)
+                sim.grains.velocity = -sim.grains.velocity if turn % 2 else 1.0 * sim.grains.velocity
+        return collect(sim), sim.balance.count
+
+    expected = pair(Serial())[0]
+    assert len(expected.contacts.keys)
+    assert differences(expected, pair()[0]) == []
+    state, count = pair(also=lambda step: step % 3 == 0)
+    assert differences(expected, state) == [] and count > 100
+
+
+def test_a_checkpoint_is_the_same_file_and_resumes_on_any_number_of_ranks(comm, shared_path):
+    def run(sim, steps):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim.run(steps)
+        return sim
+
+    law = bc.laws.hertz_standard
+    together, alone = run(states.dense(law, threads=1), 60), run(states.dense(law, threads=1, comm=Serial()), 60)
+    save(together, shared_path / "together.h5")
+    if comm.rank == 0:
+        save(alone, shared_path / "alone.h5")
+    comm.barrier()
+    assert (shared_path / "together.h5").read_bytes() == (shared_path / "alone.h5").read_bytes()
+    run(alone, 60)
+    resumed = states.empty(law, threads=1)
+    restore(resumed, shared_path / "alone.h5")
+    assert differences(collect(alone), collect(run(resumed, 60))) == []
+    back = states.empty(law, threads=1, comm=Serial())
+    restore(back, shared_path / "together.h5")
+    assert differences(collect(alone), collect(run(back, 60))) == []
+    part = read_state(shared_path / "together.h5", comm)
+    assert len(part.fields["id"]) <= -(-len(read_state(shared_path / "together.h5").fields["id"]) // comm.size)
