@@ -107,11 +107,13 @@ def shape_of(box, count, least=0.0):
     ([8, 4, 2], [4, 2, 1])
     """
     shape, left = np.ones(3, dtype=np.int64), float(count)
+    with np.errstate(over="ignore", divide="ignore"):
+        most = np.floor(box.length / least)
     rest = np.argsort(box.length, kind="stable")
     while len(rest):
-        edge = max((np.prod(box.length[rest]) / left) ** (1.0 / len(rest)), least)
-        shape[rest[0]] = max(1, int(box.length[rest[0]] / edge + (0.5 if edge > least else 0.0)))
-        left, rest = max(left / shape[rest[0]], 1.0), rest[1:]
+        axis, edge = rest[0], (np.prod(box.length[rest]) / left) ** (1.0 / len(rest))
+        shape[axis] = max(1.0, min(np.round(box.length[axis] / edge), most[axis]))
+        left, rest = max(left / shape[axis], 1.0), rest[1:]
     return shape
 
 
