@@ -150,6 +150,7 @@ class Simulation(Assembly):
     def compute_forces(self, dt):
         """Forces at the present positions; contact memory advances by ``dt`` (0: not at all). Needs ``prepare``."""
         preflight.check_prepared("compute_forces", self._loops, self._listed)
+        self.clock.start()
         grains, contacts = self.grains, self.contacts
         setting, counts = self._setting(dt), []
         for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):

@@ -79,25 +79,25 @@ def test_a_rank_half_as_fast_gets_half_the_load(speeds):
     assert 1.0 <= imbalance < 1.1
 
 
-@pytest.mark.parametrize("speeds", [[1.0], [1.0, 0.0], [1.0, np.nan], "fast", [[1.0, 1.0]], [1.0, -1.0]])
-def test_speeds_that_mean_nothing_are_refused(speeds):
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        *(("speeds", speeds, "one positive number for each of 2 ranks") for speeds in ([1.0], [1.0, 0.0], [1.0, np.nan], "fast")),
+        *(("speeds", speeds, "one positive number for each of 2 ranks") for speeds in ([[1.0, 1.0]], [1.0, -1.0])),
+        *(("when", when, "'it pays', 'never' or a function of the step") for when in ("sometimes", None, 3)),
+    ],
+)
+def test_settings_that_mean_nothing_are_refused(name, value, message):
     def program():
         sim = pile(40)
-        sim.balance.speeds = speeds
+        setattr(sim.balance, name, value)
         sim.prepare()
 
-    with pytest.raises(SceneError, match=r"balance\.speeds = .* must be one positive number for each of 2 ranks"):
+    with pytest.raises(SceneError, match=rf"balance\.{name} = .* must be {message}"):
         virtual_ranks(2, program)
-
-
-def test_a_time_that_means_nothing_is_refused():
-    def program():
-        sim = pile(40)
-        sim.balance.when = "sometimes"
-        sim.prepare()
-
-    with pytest.raises(SceneError, match=r"balance\.when = 'sometimes' must be"):
-        virtual_ranks(2, program)
+    if name == "when":
+        with pytest.raises(SceneError, match=message):
+            virtual_ranks(1, program)
 
 
 def test_little_moves_when_little_has_changed():

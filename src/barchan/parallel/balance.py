@@ -15,8 +15,8 @@ from barchan.parallel.partition.labels import matched
 from barchan.parallel.topology import SUBDOMAINS, Topology, shape_of
 from barchan.words import shown
 
-#: Cost of a grain that touches nothing, of a candidate and of a contact, on each of its sides (measured on dense and chute: 20,
-#: 4 and 9 ns a step).
+#: Cost of a grain that touches nothing, of a candidate and of a contact, on each of its sides: nanoseconds of a step, about, as
+#: estimated from the profile of the dense flow in ``docs/design/performance.md``.
 GRAIN, CANDIDATE, CONTACT = 20, 4, 9
 
 
@@ -50,12 +50,12 @@ class Balance:
 
     def is_due(self, comm, step):
         """Whether to share anew in this rebuild: the same answer on all ranks, which all must ask."""
+        if not callable(self.when) and self.when not in ("it pays", "never"):
+            raise SceneError(f"balance.when = {shown(self.when)} must be 'it pays', 'never' or a function of the step")
         if comm.size == 1 or self.when == "never":
             return False
         if callable(self.when):
             return bool(comm.from_first(bool(self.when(step))))
-        if self.when != "it pays":
-            raise SceneError(f"balance.when = {shown(self.when)} must be 'it pays', 'never' or a function of the step")
         if self.count == 0:
             return True
         waited = self._slowest - float(comm.sum([int(1e9 * self._own)])[0]) * 1e-9 / comm.size
