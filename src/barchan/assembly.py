@@ -262,6 +262,6 @@ class Assembly:
     def _take_down_list(self, on_both=True):
         """Contact memory to rows of the grains, of both grains of a pair unless none can leave this rank; ghosts dropped."""
         if self._listed:
-            self._rows = self.contacts.detach(self.grains.n, on_both)
+            self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both)
             self.grains.drop_ghosts()
             self._listed = False

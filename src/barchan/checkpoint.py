@@ -53,7 +53,7 @@ def collect(sim):
 def _remembered(sim):
     """What this rank's grains remember, of a pair the grain with the smaller id."""
     if sim.is_listed:
-        return sim.contacts.detach(sim.grains.n, on_both=False)
+        return sim.contacts.detach(np.ones(sim.grains.n, dtype=bool), on_both=False)
     return by_smaller_id(sim.grains.view("id"), sim.put_away_rows)
 
 

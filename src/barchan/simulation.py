@@ -16,14 +16,15 @@ from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
+from barchan.kernels.history import NOWHERE
 from barchan.kernels.steps import Progress
-from barchan.neighbors.contacts import Contacts, Setting
+from barchan.neighbors.contacts import NOTHING, Contacts, Setting
 from barchan.neighbors.grid import grid_around
 from barchan.neighbors.staleness import Staleness
 from barchan.parallel.balance import Balance
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
-from barchan.parallel.migrate import to_owners
+from barchan.parallel.migrate import destinations, migrate
 from barchan.parallel.regroup import by_both_ids
 from barchan.stopwatch import Stopwatch
 
@@ -128,21 +129,14 @@ class Simulation(Assembly):
         self._torn = True  # until it is done: whatever interrupts it
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
-        known, largest = None, self._largest_radius()
-        if self._listed and self.comm.size == 1:  # then memory goes straight from list to list
-            known = self.contacts.put_aside()
-        else:
-            self.topology = self.balance.shared(self, largest)
-            self._take_down_list()  # memory to rows; ghosts dropped
-            self._rows = to_owners(self.comm, self.topology, self.grains, self._rows, 2.0 * largest + self._list_skin)
+        largest = self._largest_radius()
+        self.topology = self.balance.shared(self, largest)
+        known, origin = self._migrate(2.0 * largest + self._list_skin)
         grid = grid_around(self.grains, self.topology.bounds(self.comm.rank), self.box, 2.0 * largest + self._list_skin)
         start, order = self._sort_in_space(grid)
         self.ghosts.build(self.grains, self.topology, largest, largest + self._list_skin)
         self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
-        if known is None:
-            self.contacts.attach(self.grains, self._rows.take(order))
-        else:
-            self.contacts.carry_over(order, known)
+        self.contacts.carry_over(known, origin[order], self._rows.take(order))
         self.staleness.remember(self.step_number)
         self._walls_then = [wall.point.copy() for wall in self.walls]
         self._listed, self._rows, self._torn = True, None, False
@@ -212,7 +206,8 @@ class Simulation(Assembly):
         self._rows = state.contacts
         if self.comm.size > 1:
             self._rows = by_both_ids(self.comm, state.fields["id"], state.contacts)
-            self._rows = to_owners(self.comm, self.topology, self.grains, self._rows)
+            owner = self.topology.owner(self.grains.view("position"))
+            self._rows = migrate(self.comm, owner, self.grains, self._rows)
         self._primed = bool(state.about["forces_are_current"])
         self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
@@ -404,6 +399,26 @@ class Simulation(Assembly):
 
     def _cutoff(self):
         return 2.0 * self._largest_radius() + self._list_skin
+
+    def _migrate(self, reach):
+        """Every grain to the rank that owns its place, with what it remembers of its contacts. The list is put aside.
+
+        Returns:
+            (what is ``Remembered`` of the list, the row in it of each grain that is owned now, or ``NOWHERE``).
+        """
+        grains, comm = self.grains, self.comm
+        owner, partners = np.broadcast_to(comm.rank, grains.n), None
+        if comm.size > 1:
+            owner, partners = destinations(comm, self.topology, grains, reach)
+        leaving, known, origin = owner != comm.rank, NOTHING, np.full(grains.n, NOWHERE)
+        if self._listed:
+            self._rows = self.contacts.detach(leaving, on_both=True)
+            known, origin = self.contacts.put_aside(leaving), np.arange(grains.n, dtype=np.uint32)
+            grains.drop_ghosts()
+        if comm.size > 1:
+            self._rows, origin = migrate(comm, owner, grains, self._rows, partners), origin[~leaving]
+            origin = np.append(origin, np.full(grains.n - len(origin), NOWHERE))
+        return known, origin
 
     def _sort_in_space(self, grid):
         start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)

@@ -77,7 +77,7 @@ BROKEN = {
         patch, bc.Simulation, "load", lambda a: [a[0], a[1]._replace(contacts=forgotten_memory(a[1].contacts))]
     ),
     "bits: neighbours found every step": lambda patch: wrong_arguments(
-        patch, Contacts, "carry_over", lambda a: [*a[:-1], a[-1]._replace(n_pairs=0, count=0, begin=0 * a[-1].begin)]
+        patch, Contacts, "carry_over", lambda a: [a[0], a[1]._replace(n_pairs=0, count=0, begin=0 * a[1].begin), *a[2:]]
     ),
     "laws run in vector lanes": lambda patch: patch.setattr(bits, "packed_square_roots", lambda law: 0),
 }

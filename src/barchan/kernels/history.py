@@ -1,5 +1,5 @@
-"""Carries the memory of contacts over a rebuild: from the old list to the new one where the same rank owns all grains, otherwise
-from contacts to rows of their grains, and back by key."""
+"""Carries the memory of contacts over a rebuild: from the old list to the new one where a grain stays with its rank; with a grain
+that leaves, as rows of its own, which are found again by key."""
 
 import numpy as np
 
@@ -41,12 +41,12 @@ def bring_memory(slot, n_pairs, block, history, brought):
 
 
 @kernel(parallel=True)
-def count_rows(start, touched, incidence, on_both, counts):
-    """Write into ``counts`` how many contacts each grain remembers: those that touch, and of which it is the first grain
-    unless they are wanted ``on_both``."""
+def count_rows(start, touched, incidence, wanted, on_both, counts):
+    """Write into ``counts`` how many contacts each of the ``wanted`` grains remembers: those that touch, and of which it is the
+    first grain unless they are asked for ``on_both``."""
     for i in prange(counts.shape[0]):
         count = 0
-        for q in range(start[i], start[i] + touched[i]):
+        for q in range(start[i], start[i] + wanted[i] * touched[i]):
             count += on_both | (incidence[q] & 1 == 0)
         counts[i] = count
 
@@ -55,7 +55,7 @@ def count_rows(start, touched, incidence, on_both, counts):
 def detach_rows(
     parts, room, first, second, ids, wall_key, start, touched, incidence, columns, history, on_both, row_start, keys, values
 ):
-    """Write the remembered contacts of each owned grain to its rows: ``keys`` of the partners, ascending, and ``values``
+    """Write the remembered contacts of each grain that has rows to them: ``keys`` of the partners, ascending, and ``values``
     (rows, width), both modified. Thread p does the grains ``parts[p]`` to ``parts[p + 1]``.
 
     They are listed in ``room[p]`` first, which takes no branch: half of a grain's contacts are the other one's to remember,
@@ -63,7 +63,7 @@ def detach_rows(
     for p in prange(parts.shape[0] - 1):
         for i in range(parts[p], parts[p + 1]):
             row = row_start[i]
-            last = start[i] + touched[i]
+            last = start[i] + touched[i] * (row < row_start[i + 1])
             for begin in range(start[i], last, room.shape[1]):
                 count = 0
                 for q in range(begin, min(begin + room.shape[1], last)):
@@ -104,9 +104,9 @@ def row_of(key, begin, end, keys):
 
 
 @kernel(parallel=True)
-def attach_rows(n_owned, first, second, ids, wall_key, start, incidence, row_start, keys, values, slot, history):
-    """Give each contact the column and the values that its first owned grain remembers of it: row r stands in column r + 1.
-    ``slot``, all zero before, and ``history`` are modified. The rows of a grain are in ascending order of the partner's key."""
+def attach_rows(n_owned, first, second, ids, wall_key, start, incidence, row_start, keys, values, column, slot, history):
+    """Give each contact the values that its first owned grain has a row for: those of row r stand in ``column`` + r. ``slot`` and
+    ``history`` are modified. The rows of a grain are in ascending order of the partner's key."""
     for i in prange(n_owned):
         begin, end = row_start[i], row_start[i + 1]
         for q in range(start[i], start[i + 1] if end > begin else start[i]):
@@ -115,13 +115,13 @@ def attach_rows(n_owned, first, second, ids, wall_key, start, incidence, row_sta
                 key = partner_key(i, entry, first, second, ids, wall_key)
                 row = row_of(key, begin, end, keys)
                 if row < end and keys[row] == key:
-                    slot[entry >> 1] = row + 1
+                    slot[entry >> 1] = column + row
                     for c in range(history.shape[0]):
-                        history[c, row + 1] = values[row, c]
+                        history[c, column + row] = values[row, c]
 
 
-#: Number of a contact that is not in the new list.
-GONE = np.uint32(0xFFFFFFFF)
+#: Number of a contact, or of a grain's row, that there is not before the rebuild or after it.
+NOWHERE = np.uint32(0xFFFFFFFF)
 
 
 @kernel()
@@ -171,17 +171,22 @@ def find_pairs_again(n_pairs, rows, new_row, offsets, first, second, slot, moved
 
     Args:
         n_pairs, rows: as ``list_remembered`` left them.
-        new_row: (owned,) new row of each old one.
-        offsets: pairs that grain i found are ``offsets[i]`` to ``offsets[i + 1]``; it is the lower row of the two.
-        moved: becomes the new number of each, or ``GONE``.
+        new_row: new row of each old one, or ``NOWHERE``.
+        offsets: (1 or 2, owned + 1) pairs that grain i found are ``offsets[0, i]`` to ``offsets[0, i + 1]``, with ghosts
+            ``offsets[1, i]`` to ``offsets[1, i + 1]``; it is the lower row of the two.
+        moved: becomes the new number of each, or ``NOWHERE``.
     """
+    n_owned = offsets.shape[1] - 1
     for t in prange(n_pairs):
         one, other = new_row[rows[0, t]], new_row[rows[1, t]]
         lower = min(one, other)
-        found = GONE
-        for new in range(np.uint32(offsets[lower]), np.uint32(offsets[lower + 1])):
-            found = new if (first[new] == one) & (second[new] == other) else found
-        if found != GONE:
+        found = NOWHERE
+        if lower < n_owned:
+            kind = 1 if max(one, other) >= n_owned else 0
+            kind = min(kind, offsets.shape[0] - 1)
+            for new in range(offsets[kind, lower], offsets[kind, lower + 1]):
+                found = new if (first[new] == one) & (second[new] == other) else found
+        if found != NOWHERE:
             slot[found] = rows[2, t]
         moved[t] = found
 
@@ -193,23 +198,26 @@ def find_walls_again(begin, end, rows, new_row, wall_begin, wall_grain, n_pairs,
     for t in range(begin, end):
         row, wall = new_row[rows[0, t]], rows[1, t]
         new = row_of(row, wall_begin[wall], wall_begin[wall + 1], wall_grain)
-        moved[t] = GONE
+        moved[t] = NOWHERE
         if new < wall_begin[wall + 1] and wall_grain[new] == row:
             slot[n_pairs + new] = rows[2, t]
             moved[t] = n_pairs + new
 
 
 @kernel(parallel=True)
-def carry_order(order, moved, begin, entries, start, touched, incidence):
+def carry_order(origin, moved, begin, entries, start, touched, changed, incidence):
     """Begin the new list of each grain with the contacts that touched, in the order in which they were: that of the partners'
-    keys. ``touched`` and ``incidence`` are modified."""
-    for i in prange(order.shape[0]):
-        old = order[i]
+    keys. ``origin`` is the old row of each; of one that had none, all contacts are still to be listed, and it has ``changed``.
+    ``touched``, ``changed`` and ``incidence`` are modified."""
+    for i in prange(origin.shape[0]):
+        old = origin[i]
         last = start[i]
-        for q in range(begin[old], begin[old + 1]):
-            entry = entries[q]
-            new = moved[entry >> 1]
-            if new != GONE:
-                incidence[last] = 2 * new + (entry & 1)
-                last += 1
+        changed[i] = old == NOWHERE
+        if old != NOWHERE:
+            for q in range(begin[old], begin[old + 1]):
+                entry = entries[q]
+                new = moved[entry >> 1]
+                if new != NOWHERE:
+                    incidence[last] = 2 * new + (entry & 1)
+                    last += 1
         touched[i] = last - start[i]

@@ -21,24 +21,25 @@ def count_incidence(n_owned, first, second, wall_grain, start):
 
 
 @kernel()
-def fill_incidence(n_owned, first, second, wall_grain, slot, touched, start, incidence):
-    """Write each contact without a column, as 2 * contact + side, to its owned grains, after the ``touched[i]`` that are there
-    already; wall contacts are numbered after the pairs. ``incidence`` is modified; ``start`` is left as it was."""
+def fill_incidence(n_owned, first, second, wall_grain, slot, touched, changed, start, incidence):
+    """Write each contact, as 2 * contact + side, to its owned grains, after the ``touched[i]`` that are there already: those with
+    a column, unless the grain has ``changed``. Wall contacts are numbered after the pairs. ``incidence`` is modified; ``start``
+    is left as it was."""
     n_pairs = first.shape[0]
     for i in range(n_owned):
         start[i] += touched[i]
     for k in range(wall_grain.shape[0]):
-        if slot[n_pairs + k] == 0:
-            i = wall_grain[k]
+        i = wall_grain[k]
+        if slot[n_pairs + k] == 0 or changed[i] != 0:
             incidence[start[i]] = 2 * (n_pairs + k)
             start[i] += 1
     for k in range(n_pairs):
-        if slot[k] == 0:
-            i, j = first[k], second[k]
-            if i < n_owned:
+        i, j, is_new = first[k], second[k], slot[k] == 0
+        if is_new or changed[i] != 0 or changed[j] != 0:
+            if i < n_owned and (is_new or changed[i] != 0):
                 incidence[start[i]] = 2 * k
                 start[i] += 1
-            if j < n_owned:
+            if j < n_owned and (is_new or changed[j] != 0):
                 incidence[start[j]] = 2 * k + 1
                 start[j] += 1
     for i in range(n_owned, 0, -1):

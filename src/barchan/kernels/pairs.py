@@ -136,19 +136,33 @@ def find_pairs(
 
 
 @kernel()
-def inner_first(n_owned, first, second, one, other):
+def inner_first(first, second, offsets, one, other):
     """Bring pairs of two owned grains before those with ghosts, both in the order in which they were; ``one`` and ``other`` are
-    room. Returns how many there are."""
-    inner, border = 0, 0
-    for k in range(first.shape[0]):
-        i, j = first[k], second[k]
-        both = i < n_owned and j < n_owned
-        first[inner], second[inner] = i, j
-        one[border], other[border] = i, j
-        inner += both
-        border += not both
+    room.
+
+    Args:
+        offsets: (2, owned + 1) where the pairs begin that each grain found, in line 0; modified: those of both kinds.
+
+    Returns:
+        How many there are of two owned grains.
+    """
+    n_owned, inner, border, begin = offsets.shape[1] - 1, 0, 0, 0
+    for found_by in range(n_owned):
+        end = offsets[0, found_by + 1]
+        offsets[0, found_by], offsets[1, found_by] = inner, border
+        for k in range(begin, end):
+            i, j = first[k], second[k]
+            both = i < n_owned and j < n_owned
+            first[inner], second[inner] = i, j
+            one[border], other[border] = i, j
+            inner += both
+            border += not both
+        begin = end
     for k in range(border):
         first[inner + k], second[inner + k] = one[k], other[k]
+    for found_by in range(n_owned):
+        offsets[1, found_by] += inner
+    offsets[0, n_owned], offsets[1, n_owned] = inner, inner + border
     return inner
 
 

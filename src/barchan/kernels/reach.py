@@ -1,6 +1,23 @@
-"""Finds the grains that other ranks have to see."""
+"""Finds which sub-domains grains are in, and the grains that other ranks have to see."""
 
 from barchan.kernels.compiler import helper, kernel
+
+
+@helper
+def subdomain_at(x, y, z, low, edge, shape):
+    """Place of the sub-domain of a point along each axis."""
+    cx = min(max(int((x - low[0]) / edge[0]), 0), shape[0] - 1)
+    cy = min(max(int((y - low[1]) / edge[1]), 0), shape[1] - 1)
+    cz = min(max(int((z - low[2]) / edge[2]), 0), shape[2] - 1)
+    return cx, cy, cz
+
+
+@kernel()
+def find_subdomains(position, low, edge, shape, numbers):
+    """Write the number of the sub-domain of each point, counted along z fastest, into ``numbers``."""
+    for i in range(position.shape[0]):
+        cx, cy, cz = subdomain_at(position[i, 0], position[i, 1], position[i, 2], low, edge, shape)
+        numbers[i] = (cx * shape[1] + cy) * shape[2] + cz
 
 
 @helper
@@ -39,9 +56,7 @@ def find_sends(place, low, edge, shape, periodic, span, owners, border, own, rea
     count = 0
     for i in range(place.shape[0]):
         x, y, z = place[i, 0], place[i, 1], place[i, 2]
-        cx = min(max(int((x - low[0]) / edge[0]), 0), shape[0] - 1)
-        cy = min(max(int((y - low[1]) / edge[1]), 0), shape[1] - 1)
-        cz = min(max(int((z - low[2]) / edge[2]), 0), shape[2] - 1)
+        cx, cy, cz = subdomain_at(x, y, z, low, edge, shape)
         if border[(cx * shape[1] + cy) * shape[2] + cz] == 0:
             continue
         first = count

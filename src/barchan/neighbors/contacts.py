@@ -14,6 +14,7 @@ from barchan.kernels import incidence as incidence_kernels
 from barchan.kernels import pairs as pair_kernels
 from barchan.kernels.compiler import shares
 from barchan.kernels.gather import gather_forces
+from barchan.kernels.history import NOWHERE
 from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import Lists, Rooms
 from barchan.kernels.template import BLOCK, block_rooms, whole_blocks
@@ -42,7 +43,8 @@ class Remembered(NamedTuple):
 
     ``rows``: (3, ...) both rows, or row and number of a wall, and column, of ``count`` contacts of which ``n_pairs`` are pairs.
     ``entries``: from ``begin[i]`` to ``begin[i + 1]`` those of grain i, as 2 * contact + side, in the order of its sum.
-    ``moved``: room for their new numbers.
+    ``moved``: room for their new numbers. ``columns``: how many are in use. ``strangers``: rows of ghosts and of grains that
+    leave, and ``ids`` of these. ``n_rows``: of all grains and ghosts.
     """
 
     n_pairs: int
@@ -51,6 +53,16 @@ class Remembered(NamedTuple):
     begin: np.ndarray
     entries: np.ndarray
     moved: np.ndarray
+    columns: int
+    strangers: np.ndarray
+    ids: np.ndarray
+    n_rows: int
+
+
+#: What is remembered where there was no list.
+NOTHING = Remembered(
+    *(0, 0, np.zeros((3, 0), dtype=np.uint32), *np.zeros((3, 1), dtype=np.uint32), 1, *np.zeros((2, 0), dtype=np.int64), 0)
+)
 
 
 class Contacts:
@@ -102,28 +114,33 @@ class Contacts:
         """Number of pairs of grains."""
         return len(self.first)
 
-    def detach(self, n_owned, on_both):
+    def detach(self, wanted, on_both):
         """Memory of the contacts as rows of their grains.
 
         Args:
+            wanted: (owned,) bool, of which grains.
             on_both: let both grains of a pair remember it, as they must before they may part to different ranks.
         """
-        if self.history_width == 0 or len(self.slot) == 0:
-            return ContactRows.empty(n_owned, self.history_width)
+        if self.history_width == 0 or len(self.slot) == 0 or not wanted.any():
+            return ContactRows.empty(len(wanted), self.history_width)
         self._order_incidence()
-        counts = np.zeros(n_owned, dtype=np.int64)
-        history_kernels.count_rows(self.start, self.touched, self.incidence, on_both, counts)
+        counts = np.zeros(len(wanted), dtype=np.int64)
+        history_kernels.count_rows(self.start, self.touched, self.incidence, wanted, on_both, counts)
         start = np.concatenate([[0], np.cumsum(counts)])
         keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.history_width))
-        parts = shares(n_owned)
+        parts = shares(len(wanted))
         room = np.empty((len(parts) - 1, AT_A_TIME), dtype=np.int64)
         contacts = (*self._partners(), self.start, self.touched, self.incidence, self._memory_columns(), self.history)
         history_kernels.detach_rows(parts, room, *contacts, on_both, start, keys, values)
         return ContactRows(start, keys, values)
 
-    def put_aside(self):
+    def put_aside(self, leaving):
         """What has to be remembered of this list for ``carry_over``. It lies where the forces of the step before were, which are
-        needed no more; the list itself is worth nothing afterwards."""
+        needed no more; the list itself is worth nothing afterwards.
+
+        Args:
+            leaving: (owned,) bool, grains that go to other ranks.
+        """
         self.computed = False
         self._order_incidence()
         room = self.out.view(np.uint32)  # two numbers for each column
@@ -133,11 +150,14 @@ class Contacts:
         begin = np.zeros(len(self.touched) + 1, dtype=np.uint32)
         np.cumsum(self.touched, out=begin[1:])
         history_kernels.list_order(self.start, self.touched, self.incidence, self.slot, begin, entries)
-        return Remembered(n_pairs, count, rows, begin, entries, moved)
+        columns = 1 + self._wall_column + len(self.wall_grain)
+        strangers = np.concatenate([np.flatnonzero(leaving), np.arange(len(leaving), len(self._ids))])
+        ids, n_rows = self._ids[strangers], len(self._ids)
+        return Remembered(n_pairs, count, rows, begin, entries, moved, columns, strangers, ids, n_rows)
 
     def build(self, grains, walls, grid, start, skin):
         """Find all pairs and wall contacts that may touch before grains have moved by the skin. Owned rows are in the order
-        of the grid's cells, of which ``start`` tells where they begin. ``attach`` or ``carry_over`` has to follow."""
+        of the grid's cells, of which ``start`` tells where they begin. ``carry_over`` has to follow."""
         self._build_pairs(grains, grid, start, skin)
         self._build_wall_contacts(grains, walls, skin)
         self._ids = grains.view("id", ghosts=True)
@@ -171,9 +191,11 @@ class Contacts:
                 rows[n_pairs : n_pairs + end - begin] = rows[begin:end]
             n_pairs += end - begin
         self.first, self.second, self._n_inner = first[:n_pairs], second[:n_pairs], n_pairs
+        self._offsets = np.zeros((2 if grains.n_ghost else 1, grains.n + 1), dtype=np.uint32)
+        np.cumsum(counts, out=self._offsets[0, 1:])
         if grains.n_ghost:
-            self._n_inner = int(pair_kernels.inner_first(grains.n, self.first, self.second, *np.empty((2, n_pairs), np.uint32)))
-        self._offsets = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
+            room = np.empty((2, n_pairs), np.uint32)
+            self._n_inner = int(pair_kernels.inner_first(self.first, self.second, self._offsets, *room))
 
     def _build_wall_contacts(self, grains, walls, skin):
         found = [wall.candidates(grains, skin) for wall in walls]
@@ -185,33 +207,46 @@ class Contacts:
         self.surface = np.empty((11, len(self.wall_grain)))
         self._fresh_at_walls = np.empty((self.history_width, len(self.wall_grain)))
 
-    def attach(self, grains, rows):
-        """Give the new contacts what their grains remember of each other."""
-        self._make_columns(len(rows.keys))
-        self._fill_incidence(grains.n)
-        lists = (self.start, self.incidence)
-        history_kernels.attach_rows(grains.n, *self._partners(), *lists, *rows, self.slot, self.history)
-        self._arrange_memory()
-        self.changed, self.out[:, 0] = np.ones(grains.n + grains.n_ghost, dtype=np.uint8), 0.0
+    def carry_over(self, known, origin, rows):
+        """Give the new contacts what is known of them.
 
-    def carry_over(self, order, known):
-        """Give the new contacts what is ``Remembered`` of them. All grains are owned, and new row i was row ``order[i]``."""
-        self._make_columns()
-        new_row = np.empty(len(order), dtype=np.uint32)
-        new_row[order] = np.arange(len(order), dtype=np.uint32)
-        pairs = (self._offsets, self.first, self.second)
+        Args:
+            known: what is ``Remembered`` of the old list, or ``NOTHING``.
+            origin: (owned,) old row of each grain; ``NOWHERE`` of one that was not this rank's, or in no list.
+            rows: ``ContactRows`` of the grains, as such a one brought them; of the others, none.
+        """
+        self._make_columns(known.columns - 1 + len(rows.keys))
+        new_row, pairs = self._new_rows(known, origin), (self._offsets, self.first, self.second)
         history_kernels.find_pairs_again(known.n_pairs, known.rows, new_row, *pairs, self.slot, known.moved)
         at_walls = (self._wall_begin, self.wall_grain, self.n_pairs)
         history_kernels.find_walls_again(known.n_pairs, known.count, known.rows, new_row, *at_walls, self.slot, known.moved)
-        lists = (self.start, self.touched, self.incidence)
-        history_kernels.carry_order(order, known.moved, known.begin, known.entries, *lists)
-        self._fill_incidence(len(order))
+        self.changed = np.zeros(len(self._ids), dtype=np.uint8)
+        lists = (self.start, self.touched, self.changed, self.incidence)
+        history_kernels.carry_order(origin, known.moved, known.begin, known.entries, *lists)
+        self._fill_incidence(len(origin))
+        if len(rows.keys):
+            lists = (self.start, self.incidence, *rows, known.columns)
+            history_kernels.attach_rows(len(origin), *self._partners(), *lists, self.slot, self.history)
         self._arrange_memory()
-        self.changed, self.out[:, 0], self._offsets = np.zeros(len(order), dtype=np.uint8), 0.0, None
+        self.out[:, 0], self._offsets = 0.0, None
+
+    def _new_rows(self, known, origin):
+        """The row of each old row now, ``NOWHERE`` if it has none."""
+        rows, mine = np.full(known.n_rows, NOWHERE), np.arange(len(origin), dtype=np.uint32)
+        if len(known.strangers) or len(rows) != len(origin):
+            mine = np.flatnonzero(origin != NOWHERE)
+            others = np.concatenate([np.flatnonzero(origin == NOWHERE), np.arange(len(origin), len(self._ids))])
+            others = others[np.argsort(self._ids[others])]
+            place = np.searchsorted(self._ids[others], known.ids)
+            there = place < len(others)
+            there[there] = self._ids[others[place[there]]] == known.ids[there]
+            rows[known.strangers[there]] = others[place[there]]
+        rows[origin[mine]] = mine
+        return rows
 
     def _fill_incidence(self, n_owned):
-        pairs = (self.first, self.second, self.wall_grain)
-        incidence_kernels.fill_incidence(n_owned, *pairs, self.slot, self.touched, self.start, self.incidence)
+        pairs = (self.first, self.second, self.wall_grain, self.slot)
+        incidence_kernels.fill_incidence(n_owned, *pairs, self.touched, self.changed, self.start, self.incidence)
 
     def _partners(self):
         """What the key of a contact's partner is looked up in."""

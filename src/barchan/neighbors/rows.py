@@ -34,6 +34,8 @@ class ContactRows(NamedTuple):
 
     def take(self, order):
         """Rows of the chosen grains, in that order."""
+        if not len(self.keys):
+            return ContactRows.empty(len(order), self.values.shape[1])
         start = np.concatenate([[0], np.cumsum(np.diff(self.start)[order])]).astype(np.int64)
         keys, values = np.empty(start[-1], dtype=np.int64), np.empty((start[-1], self.values.shape[1]))
         kernels.permute_rows(np.asarray(order, dtype=np.int64), self.start, self.keys, self.values, start, keys, values)

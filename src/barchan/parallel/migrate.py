@@ -7,21 +7,19 @@ from barchan.neighbors.rows import ContactRows
 from barchan.parallel.mapping import Mapping, by_rank
 
 
-def to_owners(comm, topology, grains, rows, reach=None):
-    """Every grain to the rank that owns its place. Takes ``grains`` and ``rows``, and returns and raises, what ``migrate`` does.
+def destinations(comm, topology, grains, reach):
+    """Where the grains of this rank have to go: to the rank that owns their place.
 
     Args:
-        reach: among ranks within so far of each other [length] (local mapping), unless some grain has further to go; None: among
-            all (global mapping).
+        reach: how near ranks are to each other [length] that are looked among first.
+
+    Returns:
+        ((n,) rank of each grain, partners as ``migrate`` takes them: those within reach, unless a grain has further to go).
     """
-    if comm.size == 1:
-        return rows
-    owner, partners = topology.owner(grains.view("position")), None
-    if reach is not None:
-        near = topology.neighbours(comm.rank, reach)
-        far = bool(np.isin(owner, (*near, comm.rank), invert=True).any())
-        partners = None if comm.maximum([float(far)])[0] else near
-    return migrate(comm, owner, grains, rows, partners)
+    owner, near = topology.owner(grains.view("position")), topology.neighbours(comm.rank, reach)
+    leaving = owner[owner != comm.rank]
+    far = bool(np.isin(leaving, near, invert=True).any())
+    return owner, None if comm.maximum([float(far)])[0] else near
 
 
 def migrate(comm, owner, grains, rows, partners=None):
@@ -34,7 +32,7 @@ def migrate(comm, owner, grains, rows, partners=None):
         partners: ranks within reach, if no grain of any rank goes further (local mapping); None: any rank (global).
 
     Returns:
-        The rows of the grains that are owned now.
+        The rows of the grains that are owned now: first those that stayed, in the order in which they were.
 
     Raises:
         LostGrainError: the number of grains over all ranks has changed.

@@ -32,11 +32,14 @@ class Topology:
 
     def subdomain(self, position):
         """Number of the sub-domain of each point, (k,)."""
-        place = np.clip(((position - self.box.low) / self.edge).astype(np.int64), 0, self.shape - 1)
-        return (place[:, 0] * self.shape[1] + place[:, 1]) * self.shape[2] + place[:, 2]
+        numbers = np.empty(len(position), dtype=np.int64)
+        kernels.find_subdomains(np.ascontiguousarray(position), self.box.low, self.edge, self.shape, numbers)
+        return numbers
 
     def owner(self, position):
         """Rank that owns each point, (k,)."""
+        if self.size == 1:
+            return np.zeros(len(position), dtype=np.int32)
         return self.owners[self.subdomain(position)]
 
     def bounds(self, rank):
