@@ -18,6 +18,7 @@ from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
 from barchan.kernels.history import NOWHERE
 from barchan.kernels.steps import Progress
+from barchan.kernels.wire import OWN, SLOWEST, WAITING
 from barchan.neighbors.contacts import NOTHING, Contacts, Setting
 from barchan.neighbors.grid import grid_around
 from barchan.neighbors.staleness import Staleness
@@ -223,9 +224,11 @@ class Simulation(Assembly):
     def _leap(self, end):
         """The next steps, up to step ``end``, in one call of compiled code: where calls of Python would take longer than all the
         rest. Returns what ``step`` needs to finish one that was begun, or None."""
-        most, watch, gravity = stepping.steps_ahead(self, end), self.staleness, self._gravity
+        watch, gravity, wire = self.staleness, self._gravity, self.ghosts.wire
         waits = callable(gravity.value) or not self._listed or self._fault or self.stop_requested
-        if most < 2 or waits or use_threads(self.threads, self.grains.n) > 1:
+        waits = waits or wire is None or use_threads(self.threads, self.grains.n) > 1
+        most = self._of_all_least(0 if waits else stepping.steps_ahead(self, end))
+        if most < 2:
             return None
         self.clock.start()
         self._in_step = True
@@ -240,7 +243,10 @@ class Simulation(Assembly):
             self.touching = done.touching if done.done else self.touching
             self._in_step = bool(done.begun)
             self._note_faults(done.large, done.too_large, done.not_finite, depth=4)
+        watch_of_wire = wire.watch.tolist()
+        self.balance.note(watch_of_wire[SLOWEST], watch_of_wire[OWN], done.done)
         self.clock.lap("steps")
+        self.clock.move(watch_of_wire[WAITING], "steps", "ghosts")
         return (done.fastest, done.bad) if done.begun else None
 
     def _setting(self, dt):
@@ -277,7 +283,7 @@ class Simulation(Assembly):
         computed = self.clock.seconds.get("motion", 0.0) + self.clock.seconds.get("forces", 0.0)
         own, self._computed = computed - self._computed, computed
         speed, fault, self._stopping, slowest = self.comm.maximum([speed, *wishes, own])
-        self.balance.note(slowest, own)
+        self.balance.note(slowest, own, 1)
         if fault:
             self._stop()
         self.staleness.advance(speed, self._list_skin, self.dt)
@@ -393,6 +399,10 @@ class Simulation(Assembly):
             self.stable_dt = -float(self.comm.maximum([-stable])[0])
             preflight.check_time_step(self, self.stable_dt)
             self._checked_dt = self.dt
+
+    def _of_all_least(self, number):
+        """The least of the numbers of all ranks."""
+        return -int(self.comm.maximum([-number])[0])
 
     def _largest_radius(self):
         return float(self.comm.maximum([cells.extents(self.grains.block("place"))[6]])[0])

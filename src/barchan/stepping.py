@@ -4,7 +4,7 @@ from math import inf
 
 import numpy as np
 
-from barchan.kernels.steps import Bodies, Planes, Rules, Then
+from barchan.kernels.steps import OF_GHOSTS, Bodies, Planes, Rules, Then
 from barchan.report import ProgressLine
 from barchan.triggers import At, Every
 from barchan.walls import Plane
@@ -14,9 +14,8 @@ MOST_WORK = 1_000_000
 
 
 def steps_ahead(sim, end):
-    """Number of steps, up to step ``end``, in which nothing happens but motion and forces of grains and flat walls."""
-    alone = sim.comm.size == 1 and sim.staleness.also_when is None
-    if not alone or any(type(wall) is not Plane for wall in sim.walls):
+    """Number of steps, up to step ``end``, in which this rank has nothing to do but motion and forces of grains and flat walls."""
+    if sim.staleness.also_when is not None or any(type(wall) is not Plane for wall in sim.walls):
         return 0
     due = min((_next_due(one, sim.step_number) for one in (*sim.actions, *sim.writers)), default=inf)
     return int(min(end - sim.step_number, due - 1 - sim.step_number, MOST_WORK // max(sim.grains.n, 1)))
@@ -42,7 +41,7 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
         told: becomes what ``Progress`` reads, whatever interrupts this.
     """
     walls, grains, watch, frame = sim.walls, sim.grains, sim.staleness, setting.frame
-    bodies = Bodies(*(grains.block(name) for name in Bodies._fields))
+    bodies = Bodies(*(grains.block(name, ghosts=name in OF_GHOSTS) for name in Bodies._fields))
     point, normal, velocity = (
         np.array([getattr(wall, name) for wall in walls]).reshape(-1, 3) for name in ("point", "normal", "velocity")
     )
@@ -62,7 +61,7 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
     then = Then(sim.contacts.seen, np.array(walls_then).reshape(-1, 3))
     begin = (most, float(sim.time), float(watch.approach))
     try:
-        sim.contacts.advance(loops, begin, bodies, (planes, then), rules, told)
+        sim.contacts.advance(loops, begin, bodies, (planes, then), rules, sim.ghosts.wire, told)
     finally:
         for wall, moved in zip(walls, point):
             wall.move_to(moved)

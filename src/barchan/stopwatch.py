@@ -23,3 +23,8 @@ class Stopwatch:
         now = perf_counter()
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._since
         self._since = now
+
+    def move(self, seconds, name, other):
+        """Book ``seconds`` under ``other`` that were booked under ``name``."""
+        self.seconds[name] -= seconds
+        self.seconds[other] = self.seconds.get(other, 0.0) + seconds

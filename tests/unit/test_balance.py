@@ -33,7 +33,7 @@ def test_the_rule_stops_at_the_first_rise_of_the_degradation():
     decided = None
     for step in range(1, 40):
         slow, fast = 0.01 + 1e-3 * step, 0.01
-        balance.note(slow, fast)
+        balance.note(slow, fast, 1)
         comm.other += slow
         if balance.is_due(comm, step):
             decided = step
@@ -48,7 +48,7 @@ def test_ranks_that_are_alike_are_left_alone():
     balance, comm = Balance(), Two()
     balance.count, balance._last_cost = 1, 0.05
     for step in range(1, 200):
-        balance.note(0.01, 0.01)
+        balance.note(0.01, 0.01, 1)
         comm.other += 0.01
         assert not balance.is_due(comm, step)
 

@@ -86,11 +86,21 @@ displacements_alone = on_one_thread(displacements)
 
 
 @helper
-def measured_approach(place, seen, point, point_then, length, half):
-    """Bound on the approach of two surfaces, grains or walls, since they were where they were then; see ``Staleness``."""
-    east, west, north, south, up, down, farthest = displacements_alone(place, seen, length, half)
+def measure_travel(place, seen, point, point_then, length, half, travel):
+    """Write how far grains and walls are from where they were then into ``travel``: along each axis and against it, and the
+    square of the farthest."""
+    travel[0], travel[1], travel[2], travel[3], travel[4], travel[5], travel[6] = displacements_alone(place, seen, length, half)
     for w in range(point.shape[0]):
-        x, y, z = point[w, 0] - point_then[w, 0], point[w, 1] - point_then[w, 1], point[w, 2] - point_then[w, 2]
-        east, west, north, south = max(east, x), max(west, -x), max(north, y), max(south, -y)
-        up, down, farthest = max(up, z), max(down, -z), max(farthest, x * x + y * y + z * z)
-    return min(2.0 * sqrt(farthest), sqrt((east + west) ** 2 + (north + south) ** 2 + (up + down) ** 2))
+        square = 0.0
+        for c in range(3):
+            d = point[w, c] - point_then[w, c]
+            square += d * d
+            travel[2 * c], travel[2 * c + 1] = max(travel[2 * c], d), max(travel[2 * c + 1], -d)
+        travel[6] = max(travel[6], square)
+
+
+@helper
+def approach_after(travel):
+    """Bound on the approach of two surfaces that travelled no further; see ``Staleness``."""
+    x, y, z = travel[0] + travel[1], travel[2] + travel[3], travel[4] + travel[5]
+    return min(2.0 * sqrt(travel[6]), sqrt(x * x + y * y + z * z))

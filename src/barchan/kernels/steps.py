@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Bodies(NamedTuple):
-    """Blocks of all grains."""
+    """Blocks of all grains, those that the law reads also of their ghosts."""
 
     place: np.ndarray
     motion: np.ndarray
@@ -18,6 +18,10 @@ class Bodies(NamedTuple):
     torque: np.ndarray
     mass: np.ndarray
     material: np.ndarray
+
+
+#: Those that the law reads.
+OF_GHOSTS = frozenset({"place", "motion", "spin", "material"})
 
 
 class Lists(NamedTuple):
@@ -38,7 +42,7 @@ class Lists(NamedTuple):
 
 
 class Rooms(NamedTuple):
-    """Shares of the pairs and of the grains, one of each, and room to work in."""
+    """Shares of the pairs, (1 or 2, 2): those of owned grains, and with ghosts; one share of the grains; room to work in."""
 
     pairs: np.ndarray
     rows: np.ndarray
@@ -114,36 +118,48 @@ barchan_wall_forces = on_one_thread(wall_forces)
 
 
 @kernel()
-def barchan_advance(most, time, approach, bodies, lists, history, out, planes, then, rooms, rules, told):
+def barchan_advance(most, time, approach, bodies, lists, history, out, planes, then, rooms, rules, wire, told):
     """At most ``most`` steps; all arrays that a step writes are modified, and ``told`` becomes what ``Progress`` reads: written,
     not returned, since a signal that came meanwhile is raised before Python has taken what is returned. Ends before the forces
-    of a step in which the list may be stale or a grain is bad, and after one with something to tell of."""
+    of a step in which the list may be stale or a grain is bad, and after one with something to tell of; of several ranks all end
+    in the same step, of which they agree as it begins."""
     place, motion, spin, force, torque = bodies.place, bodies.motion, bodies.spin, bodies.force, bodies.torque
     first, second, slot = lists.first, lists.second, lists.slot
     dt, n_owned, n_pairs = rules.dt, barchan_np.uint32(force.shape[0]), barchan_np.uint64(first.shape[0])
+    several, own_place = rooms.pairs.shape[0] > 1, place[:force.shape[0]]
     wall_column = (n_pairs + barchan_block - barchan_np.uint64(1)) // barchan_block * barchan_block
     done, begun, fastest, bad, quickest, total = 0, False, 0.0, 0, 0.0, 0
-    touching, large, too_large, not_finite = 0, 0, 0, 0
-    while done < most and not (too_large or not_finite or (large and not rules.warned)):
+    touching, large, too_large, not_finite, ends = 0, 0, 0, 0, False
+    barchan_start_watch(wire)
+    while done < most and (several or not ends):
         fastest, bad = barchan_kick_drift_wrap(
             place, motion, spin, bodies.image, force, torque, rules.low, rules.length, rules.half, dt)
         for w in range(planes.point.shape[0]):
             for axis in range(3):
                 planes.point[w, axis] += dt * planes.velocity[w, axis]
-        speed = max(barchan_sqrt(fastest), rules.wall_speed)
+        speed, ends = barchan_agree(wire, max(barchan_sqrt(fastest), rules.wall_speed), ends or bad != 0)
         nearer = approach + 2.0 * speed * dt
         if nearer > rules.skin:
-            nearer = barchan_approach(place, then.seen, planes.point, then.point, rules.length, rules.half)
-        if bad or nearer > rules.skin:
+            barchan_measure_travel(own_place, then.seen, planes.point, then.point, rules.length, rules.half, wire.numbers)
+            barchan_largest_of_all(wire)
+            nearer = barchan_approach_after(wire.numbers)
+        if ends or nearer > rules.skin:
             begun = True
             break
         approach = nearer
         quickest = max(quickest, speed)
         time += dt
-        touching, large, too_large = barchan_pair_forces(
-            rooms.pairs, first, second, n_owned, place, motion, spin, bodies.material, rules.n_materials, rules.table, slot,
-            history, out, lists.changed, rooms.rows, rooms.branch, rooms.fresh, rules.length, rules.half, dt,
-            rules.allowed_overlap, rules.max_overlap)
+        touching, large, too_large = 0, 0, 0
+        if several:
+            barchan_send_ghosts(wire, place, motion, spin)
+        for part in range(rooms.pairs.shape[0]):
+            if part > 0:
+                barchan_receive_ghosts(wire, force.shape[0], place, motion, spin)
+            more, large_more, too_large_more = barchan_pair_forces(
+                rooms.pairs[part], first, second, n_owned, place, motion, spin, bodies.material, rules.n_materials, rules.table,
+                slot, history, out, lists.changed, rooms.rows, rooms.branch, rooms.fresh, rules.length, rules.half, dt,
+                rules.allowed_overlap, rules.max_overlap)
+            touching, large, too_large = touching + more, large + large_more, too_large + too_large_more
         if lists.wall_grain.shape[0] > 0:
             for w in range(planes.point.shape[0]):
                 barchan_measure_plane(lists.wall_grain, place, lists.wall_begin[w], lists.wall_begin[w + 1], planes.point[w],
@@ -157,6 +173,7 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
                               lists.touched, lists.incidence, rooms.keys)
         not_finite = barchan_gather_forces(lists.start, lists.touched, lists.incidence, slot, out, place, bodies.mass,
                                            rules.gravity, force, torque)
+        ends = too_large > 0 or not_finite > 0 or (large > 0 and not rules.warned)
         total += large
         done += 1
     told[0], told[1], told[2], told[3], told[4] = done, begun, fastest, bad, time

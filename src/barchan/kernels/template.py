@@ -34,10 +34,16 @@ import numpy as barchan_np
 from barchan.kernels.compiler import helper, kernel, on_one_thread, prange, widest_lanes
 from barchan.kernels.gather import gather_forces_alone as barchan_gather_forces
 from barchan.kernels.integrate import kick_drift_wrap_alone as barchan_kick_drift_wrap
-from barchan.kernels.integrate import measured_approach as barchan_approach
+from barchan.kernels.integrate import approach_after as barchan_approach_after
+from barchan.kernels.integrate import measure_travel as barchan_measure_travel
 from barchan.kernels.lanes import list_touching as barchan_list_touching
 from barchan.kernels.incidence import order_incidence_alone as barchan_order_incidence
 from barchan.kernels.planes import measure_plane_alone as barchan_measure_plane
+from barchan.kernels.wire import agree as barchan_agree
+from barchan.kernels.wire import largest_of_all as barchan_largest_of_all
+from barchan.kernels.wire import receive_ghosts as barchan_receive_ghosts
+from barchan.kernels.wire import send_ghosts as barchan_send_ghosts
+from barchan.kernels.wire import start_watch as barchan_start_watch
 
 {functions}
 

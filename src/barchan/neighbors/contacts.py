@@ -343,22 +343,25 @@ class Contacts:
         law = (np.uint32(setting.n_materials), setting.table, self.slot, self.history, self.out, self.changed)
         return *state, *law
 
-    def advance(self, loops, begin, bodies, walls, rules, told):
+    def advance(self, loops, begin, bodies, walls, rules, wire, told):
         """Many steps at once.
 
         Args:
             loops: compiled ``Loops`` of the law.
             begin: largest number of steps, time, bound on the approach of surfaces since the rebuild.
             bodies, walls, rules: as ``kernels.steps`` has them, walls as (planes, where all were then); modified.
+            wire: to the other ranks.
             told: becomes what ``kernels.steps.Progress`` reads, whatever interrupts this.
         """
         lists = Lists(
             *(self.first, self.second, self._ids, self.wall_key, self.slot, self.start, self.touched, self.incidence),
             *(self.changed, self.wall_grain, self.wall_material, self._wall_begin),
         )
-        rooms = Rooms(*block_rooms(self.n_pairs, self.history_width), *self._order_rooms(), self._fresh_at_walls)
+        _, *rooms = block_rooms(self.n_pairs, self.history_width)
+        pairs = np.array(self.parts[: min(1 + len(wire.rounds), 2)], dtype=np.uint64)
+        rooms = Rooms(pairs, *rooms, *self._order_rooms(), self._fresh_at_walls)
         try:
-            loops.advance(*begin, bodies, lists, self.history, self.out, *walls, rooms, rules, told)
+            loops.advance(*begin, bodies, lists, self.history, self.out, *walls, rooms, rules, wire, told)
         finally:
             self.computed = self.computed or told[0] > 0
 

@@ -42,9 +42,9 @@ class Balance:
     def _restart(self):
         self._steps, self._slowest, self._own, self._before = 0, 0.0, 0.0, np.inf
 
-    def note(self, slowest, own):
-        """A step in which the slowest rank computed for ``slowest`` seconds and this one for ``own``."""
-        self._steps += 1
+    def note(self, slowest, own, steps):
+        """Steps in which the slowest rank of each computed for ``slowest`` seconds in all, and this one for ``own``."""
+        self._steps += steps
         self._slowest += slowest
         self._own += own
 

@@ -84,7 +84,7 @@ class _World:
 class VirtualRank:
     """One of several ranks in this process; made by ``virtual_ranks``."""
 
-    ranks_on_node, rank_on_node = 1, 0  # they take turns
+    ranks_on_node, rank_on_node, calls = 1, 0, None  # they take turns, in Python
 
     def __init__(self, world, rank):
         self._world, self.rank, self.size = world, rank, world.size

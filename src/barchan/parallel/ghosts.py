@@ -5,6 +5,7 @@ all ranks see the same numbers. There is one ghost per grain per rank.
 """
 
 from barchan.parallel.mapping import Mapping
+from barchan.parallel.wire import Lines
 
 
 class Ghosts:
@@ -17,7 +18,12 @@ class Ghosts:
     def __init__(self, comm):
         self.comm = comm
         self.get = Mapping(comm, {}, {})
-        self._travelling = ()
+        self._travelling, self._lines = (), Lines(comm)
+
+    @property
+    def wire(self):
+        """What compiled code brings the ghosts up to date with, or None if it cannot."""
+        return self._lines.wire(self.get)
 
     def build(self, grains, topology, widest, reach):
         """Make the ghosts of grains that come within their radius and ``reach`` of this rank's part of space. ``grains`` is

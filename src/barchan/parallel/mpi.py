@@ -1,8 +1,10 @@
 """Ranks as processes of MPI: the only file that imports mpi4py."""
 
+import ctypes
 import os
 import sys
 from time import perf_counter, sleep
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,6 +52,35 @@ def _alone(expected, reason):
     return f"a launcher started {expected} processes, which would all write the same files: {reason}"
 
 
+class Calls(NamedTuple):
+    """Addresses of MPI's own MPI_Startall, MPI_Waitall and MPI_Wtime, and bytes of a status: for compiled code."""
+
+    start: int
+    wait: int
+    clock: int
+    status: int
+
+
+class Lasting:
+    """Messages that are sent over and over, from and into the same places in memory.
+
+    Attributes:
+        handles: (n, bytes) the requests as MPI knows them, those that receive first.
+    """
+
+    def __init__(self, mpi, comm, outgoing, incoming, tag):
+        self._requests = [comm.Recv_init(array, source=source, tag=tag) for source, array in incoming.items()]
+        self._requests += [comm.Send_init(array, dest=rank, tag=tag) for rank, array in outgoing.items()]
+        size = mpi._sizeof(mpi.Request)
+        handles = b"".join(ctypes.string_at(mpi._addressof(request), size) for request in self._requests)
+        self.handles = np.frombuffer(bytearray(handles), dtype=np.uint8).reshape(-1, size)
+
+    def free(self):
+        """They are sent no more."""
+        for request in self._requests:
+            request.Free()
+
+
 class _Pending:
     def __init__(self, requests, wait):
         self._requests, self._wait = requests, wait
@@ -59,8 +90,20 @@ class _Pending:
         self._wait(self._requests)
 
 
+def _calls(mpi):
+    """The addresses of MPI's functions, or None where the system does not tell."""
+    try:
+        library = ctypes.CDLL(mpi.__file__)  # and all that it is linked with
+        names = "MPI_Startall", "MPI_Waitall", "MPI_Wtime"
+        addresses = (ctypes.cast(getattr(library, name), ctypes.c_void_p).value for name in names)
+        return Calls(*addresses, mpi._sizeof(mpi.Status))
+    except (OSError, AttributeError):
+        return None
+
+
 class MpiRank:
-    """One of several processes. Attributes: ``rank`` of ``size``; ``ranks_on_node``, of which it is number ``rank_on_node``."""
+    """One of several processes. Attributes: ``rank`` of ``size``; ``ranks_on_node``, of which it is number ``rank_on_node``;
+    ``calls`` that compiled code may make, or None."""
 
     def __init__(self, mpi):
         self._mpi, self._comm, self._end = mpi, mpi.COMM_WORLD.Dup(), mpi.COMM_WORLD.Dup()
@@ -68,6 +111,11 @@ class MpiRank:
         node = self._comm.Split_type(mpi.COMM_TYPE_SHARED)
         self.ranks_on_node, self.rank_on_node = node.size, node.rank
         self._hook, sys.excepthook = sys.excepthook, self._ended_by
+        self._lines = mpi.COMM_WORLD.Dup()
+        self._lines.Set_errhandler(mpi.ERRORS_ARE_FATAL)  # compiled code raises nothing
+        self.calls = _calls(mpi)
+        if self.maximum([float(self.calls is None)])[0]:
+            self.calls = None
 
     def _ended_by(self, kind, error, trace):
         """What Python calls when an error ends the program."""
@@ -150,6 +198,10 @@ class MpiRank:
         heard = {rank: np.empty(1, dtype=np.int64) for rank in partners}
         self._start(sizes, heard, _SIZES).finish()
         return {rank: int(size[0]) for rank, size in heard.items()}
+
+    def lasting(self, outgoing, incoming, tag):
+        """``Lasting`` messages, rank -> array; where ``calls`` are known."""
+        return Lasting(self._mpi, self._lines, outgoing, incoming, tag)
 
     def start(self, outgoing, incoming):
         """Begin to send arrays of bytes and to receive into others, rank -> array; all sizes are known."""
