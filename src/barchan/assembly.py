@@ -62,6 +62,59 @@ class Assembly:
         Raises:
             SceneError: shapes do not fit, or a field or a material does not exist.
         """
+        values = self._values(position, radius, material, velocity, omega, frozen, fields)
+        given = np.arange(len(values["position"]))
+        self._add(given, len(given), values)
+        return self.next_id - len(given) + given
+
+    def add_part(self, numbers, total, position, radius, material=0, velocity=0.0, omega=0.0, frozen=False, **fields):
+        """Add grains of which no rank gives all: so many that they do not fit into the memory of one. All ranks must call this.
+
+        Args:
+            numbers: (k,) of the grains that this rank gives, ascending, from 0 to ``total`` - 1: at least those in its ``space``.
+            total: how many there are in all; they get the next ids in the order of their numbers.
+            position, radius, material, velocity, omega, frozen, fields: as ``add_grains`` takes them, of the given ones.
+
+        Raises:
+            SceneError: what ``add_grains`` raises; or a grain was given by no rank in whose space it is.
+        """
+        values, numbers = self._values(position, radius, material, velocity, omega, frozen, fields), np.asarray(numbers)
+        count = len(values["position"])
+        if numbers.shape != (count,) or numbers.dtype.kind not in "iu" or not _ascend(numbers, total):
+            raise SceneError(
+                f"add_part: numbers = {shown(numbers)} must be {count} ascending whole numbers from 0 to {total - 1}, one for "
+                f"each position"
+            )
+        kept = int(self.comm.sum([self._add(numbers, total, values)])[0])
+        if kept != total:
+            raise SceneError(
+                f"add_part: of {total} grains {kept} were given by the rank in whose space they are; each rank must give at "
+                f"least those in its own (Simulation.space)"
+            )
+
+    def share_space(self, bricks):
+        """Share space among the ranks before there are grains, so that each will hold as many. All ranks must call this.
+
+        Args:
+            bricks: low and high corner [length] of each part of the box that grains will fill evenly.
+
+        Raises:
+            SceneError: there are grains already, or a corner is not three numbers.
+        """
+        if self.next_id:
+            raise SceneError("share_space must come before the first grains; from then on Simulation.balance shares space")
+        corners = numbers("share_space: bricks", bricks, "length")
+        if corners.ndim != 3 or corners.shape[1:] != (2, 3):
+            raise SceneError(f"share_space: bricks have shape {corners.shape}; they must be (bricks, 2, 3)")
+        self.topology = even(self.box, self.comm.size, corners)
+
+    @property
+    def space(self):
+        """Low and high corner of the brick that holds this rank's part of space."""
+        return self.topology.bounds(self.comm.rank)
+
+    def _values(self, position, radius, material, velocity, omega, frozen, fields):
+        """Fields of new grains by name."""
         position = np.atleast_2d(numbers("add_grains: position", position, "length"))
         if position.ndim != 2 or position.shape[1] != 3:
             raise SceneError(f"add_grains: position has shape {position.shape}; it must be (grains, 3)")
@@ -71,7 +124,7 @@ class Assembly:
         folded, image = self.box.wrap(position)
         numbers_of_materials = self._column("material", self._material_numbers(material), len(position))
         values = self._sphere(len(position), radius, numbers_of_materials, fields)
-        values |= {
+        return values | {
             "position": folded,
             "image": image,
             "velocity": velocity,
@@ -80,17 +133,20 @@ class Assembly:
             "material": numbers_of_materials,
             **fields,
         }
-        ids = self.next_id + np.arange(len(position))
-        own = self.topology.owner(folded) == self.comm.rank if len(folded) else np.zeros(0, dtype=bool)
-        chosen = {"id": ids[own]}
+
+    def _add(self, given, total, values):
+        """Take up those of the grains with these numbers that are in this rank's part of space; returns how many are."""
+        position = values["position"]
+        own = self.topology.owner(position) == self.comm.rank if len(position) else np.zeros(0, dtype=bool)
+        chosen = {"id": self.next_id + given[own]}
         for name, value in values.items():
             chosen[name] = self._column(name, value, len(position))[own]
         self.begin_change()
         self.grains.append(chosen)
         self._rows = ContactRows.join([self._rows, ContactRows.empty(int(own.sum()), self.law.history_width)])
-        self.next_id += len(position)
+        self.next_id += total
         self._primed = False
-        return ids
+        return int(own.sum())
 
     def _material_numbers(self, material):
         """Number of a material, or of each in a list of names and numbers."""
@@ -265,3 +321,9 @@ class Assembly:
             self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both)
             self.grains.drop_ghosts()
             self._listed = False
+
+
+def _ascend(numbers, total):
+    """Whether numbers are in order, none twice, and none outside."""
+    inside = not len(numbers) or (numbers[0] >= 0 and numbers[-1] < total)
+    return bool(inside and (np.diff(numbers.astype(np.int64)) > 0).all())

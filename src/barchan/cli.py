@@ -130,9 +130,9 @@ def selftest(threads: Threads = None):
 
 @app.command()
 def bench(
-    case: Annotated[str, typer.Argument(help="chute, dense, dense-1m, avalanche, rebuild, gas or small")],
+    case: Annotated[str, typer.Argument(help="chute, dense, dense-1m, dense-2x30000, avalanche, rebuild, gas, small")],
     threads: Annotated[int, typer.Option(min=1, help="threads of barchan and of LAMMPS' OPENMP package")] = 1,
-    ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of LAMMPS")] = 2,
+    ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of barchan and of LAMMPS")] = 2,
     json: Annotated[
         Path | None, typer.Option(help="file for the result; default runs/bench/<case>.json; a figure beside it")
     ] = None,
@@ -146,6 +146,20 @@ def bench(
     result = benchmark.run(case, threads, ranks, Journal())
     typer.echo("\n".join(results.lines(result)))
     typer.echo(f"  written: {path}, {results.write(result, path)}")
+
+
+@app.command()
+def scaling(
+    grains: Annotated[int, typer.Option(min=100, help="of each process, about")] = 30_000,
+    threads: Annotated[int, typer.Option(min=1, help="of each process")] = 1,
+    steps: Annotated[int | None, typer.Option(min=1, help="of one timing; default about two seconds")] = None,
+    sync: Annotated[bool, typer.Option("--sync", help="let processes wait for each other after each timed phase")] = False,
+):
+    """Measure how well processes share a dense bed: mpiexec -n 2 barchan scaling. A minute for small beds."""
+    from barchan.bench import scaling as study
+
+    result = study.measure(world(), grains, threads, steps, sync, Journal())
+    typer.echo("\n".join(study.lines(result)))
 
 
 @app.command()

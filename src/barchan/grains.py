@@ -191,6 +191,21 @@ class Grains:
             block[: len(rows)] = ordered
         self.n, self.n_ghost = len(rows), 0
 
+    def take_out(self, leaving):
+        """Keep the owned rows but for those (n,) that are ``leaving``; the last ones take their places.
+
+        Returns:
+            The row that each was.
+        """
+        left = self.n - np.count_nonzero(leaving)
+        holes, last = np.flatnonzero(leaving[:left]), left + np.flatnonzero(~leaving[left:])
+        for block in self._blocks.values():
+            block[holes] = block[last]
+        origin = np.arange(left)
+        origin[holes] = last
+        self.n, self.n_ghost = left, 0
+        return origin
+
     def working_room(self, count):
         """Memory for ``count`` numbers (float64), for what has to last no longer than to the next ``keep``."""
         if len(self._room) < count:

@@ -162,17 +162,18 @@ def check_count(what, value, least):
         raise SceneError(f"{what} = {value!r} must be a whole number >= {least}")
 
 
-def check_memory(count):
-    """Refuse more grains than the memory of this machine can hold.
+def check_memory(count, comm):
+    """Refuse more grains, shared evenly by all ranks, than the memory of this machine can hold.
 
     Raises:
         SceneError: naming what is needed and what is there.
     """
+    count = count * comm.ranks_on_node // comm.size
     there, needed = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), count * _BYTES_PER_GRAIN
     if needed > there:
         raise SceneError(
             f"{count:,} grains need about {needed / 1e9:,.0f} GB of memory; this machine has {there / 1e9:,.0f} GB. "
-            f"Use fewer grains"
+            f"Use fewer grains, or more machines"
         )
 
 

@@ -114,9 +114,11 @@ class Simulation(Assembly):
         self.clock.lap("actions")
         if self._is_stale(motion):
             self.rebuild()
+            self.clock.lap("neighbours")
         else:
+            self.clock.lap("neighbours")
             self.ghosts.start_update(self.grains, self.law.reads)
-        self.clock.lap("neighbours")
+            self.clock.lap("ghosts")
         self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
         self._primed, self._in_step = True, False
         self.clock.lap("forces")
@@ -206,9 +208,11 @@ class Simulation(Assembly):
         self.grains.append(state.fields)
         self._rows = state.contacts
         if self.comm.size > 1:
+            if self.balance.when != "never":  # as they come, grains are shared evenly by their ids; so they shall be in space
+                self.topology = self.balance.anew(self, self._largest_radius())
             self._rows = by_both_ids(self.comm, state.fields["id"], state.contacts)
             owner = self.topology.owner(self.grains.view("position"))
-            self._rows = migrate(self.comm, owner, self.grains, self._rows)
+            self._rows, _ = migrate(self.comm, owner, self.grains, self._rows)
         self._primed = bool(state.about["forces_are_current"])
         self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
@@ -226,7 +230,7 @@ class Simulation(Assembly):
         rest. Returns what ``step`` needs to finish one that was begun, or None."""
         watch, gravity, wire = self.staleness, self._gravity, self.ghosts.wire
         waits = callable(gravity.value) or not self._listed or self._fault or self.stop_requested
-        waits = waits or wire is None or use_threads(self.threads, self.grains.n) > 1
+        waits = waits or self.clock.by_phase or wire is None or use_threads(self.threads, self.grains.n) > 1
         most = self._of_all_least(0 if waits else stepping.steps_ahead(self, end))
         if most < 2:
             return None
@@ -426,8 +430,8 @@ class Simulation(Assembly):
             known, origin = self.contacts.put_aside(leaving), np.arange(grains.n, dtype=np.uint32)
             grains.drop_ghosts()
         if comm.size > 1:
-            self._rows, origin = migrate(comm, owner, grains, self._rows, partners), origin[~leaving]
-            origin = np.append(origin, np.full(grains.n - len(origin), NOWHERE))
+            self._rows, moved = migrate(comm, owner, grains, self._rows, partners)
+            origin = moved if self._listed else np.full(grains.n, NOWHERE)
         return known, origin
 
     def _sort_in_space(self, grid):

@@ -14,7 +14,7 @@ MOST_WORK = 1_000_000
 
 
 def steps_ahead(sim, end):
-    """Number of steps, up to step ``end``, in which this rank has nothing to do but motion and forces of grains and flat walls."""
+    """Number of steps, up to step ``end``, in which this rank does nothing but move grains and flat walls, and compute forces."""
     if sim.staleness.also_when is not None or any(type(wall) is not Plane for wall in sim.walls):
         return 0
     due = min((_next_due(one, sim.step_number) for one in (*sim.actions, *sim.writers)), default=inf)

@@ -81,7 +81,7 @@ def test_peers_that_are_not_there_say_so(monkeypatch):
     for peer in lammps.find(1, 2):
         assert "pip install 'barchan[test]'" in peer.missing
     names = [peer.name for peer in peers.find(1, 2)]
-    assert names == ["barchan-1", "lammps-1", "lammps-2", "lammps-omp", "liggghts", "yade", "esysparticle"]
+    assert names == ["barchan-1", "barchan-mpi-2", "lammps-1", "lammps-2", "lammps-omp", "liggghts", "yade", "esysparticle"]
     assert [peer.name for peer in peers.find(2, 1)][:4] == ["barchan-2", "barchan-1", "lammps-1", "lammps-omp"]
     assert all(peer.command or peer.missing for peer in peers.find(1, 2))
 

@@ -6,7 +6,7 @@ import pytest
 import barchan as bc
 from barchan.checkpoint import restore, save
 from barchan.errors import BarchanError, CheckpointError, SceneError
-from barchan.parallel import virtual_ranks
+from barchan.parallel import Serial, virtual_ranks
 from barchan.preflight import check_memory, stable_time_step
 
 SAND = bc.Material("sand", density=1.0, kn=1e3, kt=3e2, friction=0.5)
@@ -149,9 +149,9 @@ def test_a_step_after_a_change_needs_prepare_again():
 
 def test_more_grains_than_the_memory_holds_are_refused(monkeypatch):
     monkeypatch.setattr("os.sysconf", {"SC_PHYS_PAGES": 1_000_000, "SC_PAGE_SIZE": 4096}.__getitem__)
-    check_memory(2_000_000)
+    check_memory(2_000_000, Serial())
     with pytest.raises(SceneError, match=r"3,000,000 grains need about 5 GB of memory; this machine has 4 GB"):
-        check_memory(3_000_000)
+        check_memory(3_000_000, Serial())
 
 
 def test_a_dashpot_too_strong_for_the_time_step_is_refused():

@@ -65,7 +65,7 @@ def dense_1m(journal, tiles=(4, 8), count=1_000_000, settling=states.SETTLING):
         settling: steps under vertical gravity, from rest.
     """
     grains, side = dense_flow()
-    position = states.kept(f"settled-{settling}", lambda told: states.settle(dense(told), settling, told), journal)["position"]
+    position = settled_flow(journal, settling)
     corners = side * np.stack(np.meshgrid(*map(np.arange, tiles), [0], indexing="ij"), axis=-1).reshape(-1, 1, 3)
     many = Grains(*(np.concatenate([column] * len(corners)) for column in grains._replace(position=position)))
     many = many._replace(position=(corners + position).reshape(-1, 3))
@@ -81,6 +81,26 @@ def dense_1m(journal, tiles=(4, 8), count=1_000_000, settling=states.SETTLING):
         rounds=5,
         skins=(0.07, 0.1, 0.14, 0.2, 0.28),
     )
+
+
+def settled_flow(journal, settling=states.SETTLING):
+    """Positions of the grains of the dense flow, at rest."""
+    return states.kept(f"settled-{settling}", lambda told: states.settle(dense(told), settling, told), journal)["position"]
+
+
+def on_two(number, tiles):
+    """A case for two ranks of ``number`` grains each.
+
+    Args:
+        tiles: as ``dense_1m`` has it.
+    """
+
+    def make(journal):
+        case, title = dense_1m(journal, tiles, 2 * number), f"The dense flow for two ranks of {number:,} grains each."
+        steps = int(min(4000, max(100, 60_000_000 // number // 2)))
+        return case._replace(name=f"dense-2x{number}", title=title, steps=steps, scan_steps=steps // 2, rounds=7)
+
+    return make
 
 
 def rebuild(journal, **size):
@@ -160,6 +180,9 @@ CASES = {
     "chute": chute,
     "dense": dense,
     "dense-1m": dense_1m,
+    "dense-2x3300": on_two(3300, (1, 1)),
+    "dense-2x30000": on_two(30_000, (1, 2)),
+    "dense-2x635780": on_two(635_780, (5, 8)),
     "avalanche": avalanche,
     "rebuild": rebuild,
     "gas": gas,

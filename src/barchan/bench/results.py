@@ -98,7 +98,22 @@ def lines(result):
     uneasy = [one["peer"] for one in result["rows"] if "reason" not in one and one["ratio_max"] > QUIET * one["ratio_min"]]
     warning = f"  the machine was not quiet: ratios of {', '.join(uneasy)} differ by more than {QUIET - 1:.0%}; measure again"
     medians = "  ratio: median of those of single rounds; ms: median of the rounds"
-    return [about, *table(cells), *table(missing), medians, f"  {starts}", *([warning] if uneasy else [])]
+    return [about, *table(cells), *table(missing), *efficiencies(result), medians, f"  {starts}", *([warning] if uneasy else [])]
+
+
+def efficiencies(result):
+    """Lines with the efficiency of each code on several ranks, equation (15) of Walther & Sbalzarini (2009): the time on one rank
+    over that on all of them together; the median of all rounds and its range."""
+    seconds = {one["peer"]: np.array(one["seconds_each"]) for one in result["rows"] if "reason" not in one}
+    found = []
+    for alone, several in (("barchan-1", "barchan-mpi-"), ("lammps-1", "lammps-")):
+        for peer in seconds:
+            ranks = peer.removeprefix(several)
+            if alone in seconds and peer != alone and ranks != peer and ranks.isdigit():
+                each = seconds[alone] / seconds[peer] / int(ranks)
+                spread = f"{each.min():.3f}-{each.max():.3f}"
+                found.append(f"  efficiency of {peer}: {np.median(each):.3f} ({spread})")
+    return found
 
 
 def check_path(path):

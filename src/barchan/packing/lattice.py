@@ -55,6 +55,22 @@ def lattice(kind, edge, low, cells):
 
     The first point lies a quarter of an edge inside the corner, so that layers are spaced evenly across periodic faces.
     """
-    basis = np.array(_LATTICES[kind][0]) + 0.25
-    corners = np.stack(np.meshgrid(*(np.arange(c) for c in cells), indexing="ij"), axis=-1).reshape(-1, 1, 3)
-    return np.asarray(low) + edge * (corners + basis).reshape(-1, 3)
+    return lattice_within(kind, edge, low, cells, (np.full(3, -np.inf), np.full(3, np.inf)))[1]
+
+
+def lattice_within(kind, edge, low, cells, space):
+    """The points of a ``lattice`` in the cells that reach into a part of space.
+
+    Args:
+        space: its low and high corner [length].
+
+    Returns:
+        (number of each among all points of the lattice, ascending; the points, (k, 3) [length]).
+    """
+    basis, cells = np.array(_LATTICES[kind][0]) + 0.25, np.asarray(cells, dtype=np.int64)
+    first, last = (np.clip((np.asarray(corner) - low) / edge, 0, cells) for corner in space)
+    ranges = [np.arange(int(np.floor(a)), int(np.ceil(b)), dtype=np.int64) for a, b in zip(first, last)]
+    corners = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = (corners[:, 0] * cells[1] + corners[:, 1]) * cells[2] + corners[:, 2]
+    points = np.asarray(low) + edge * (corners[:, None] + basis).reshape(-1, 3)
+    return (number[:, None] * len(basis) + np.arange(len(basis))).ravel(), points

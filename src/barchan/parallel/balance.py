@@ -12,7 +12,7 @@ import numpy as np
 from barchan.errors import SceneError
 from barchan.parallel.partition.bisection import bisection
 from barchan.parallel.partition.labels import matched
-from barchan.parallel.topology import SUBDOMAINS, Topology, shape_of
+from barchan.parallel.topology import MOST, SUBDOMAINS, Topology, shape_of
 from barchan.words import shown
 
 #: Cost of a grain that touches nothing, of a candidate and of a contact, on each of its sides: nanoseconds of a step, about, as
@@ -80,8 +80,10 @@ class Balance:
         Raises:
             SceneError: ``when`` or ``speeds`` cannot be used.
         """
-        if not self.is_due(sim.comm, sim.step_number):
-            return sim.topology
+        return self.anew(sim, widest) if self.is_due(sim.comm, sim.step_number) else sim.topology
+
+    def anew(self, sim, widest):
+        """The same, whether it is due or not."""
         begin = perf_counter()
         topology = self._decompose(sim.comm, sim.box, sim.grains, _costs(sim), widest)
         self._restart()
@@ -123,7 +125,7 @@ class Balance:
 
 def _can_be_finer(shape, box, count, widest):
     """Whether twice as many sub-domains would still be wider than the widest grain, and few enough to be known to all."""
-    return count < 1 << 22 and bool((shape_of(box, 2 * count, 2.0 * widest) > shape).any())
+    return count < MOST and bool((shape_of(box, 2 * count, 2.0 * widest) > shape).any())
 
 
 def _costs(sim):

@@ -58,6 +58,9 @@ class Serial:
     def barrier(self):
         """Wait for all ranks."""
 
+    def rest(self):
+        """Wait for all ranks without keeping a core busy."""
+
     def end(self, error, tell):
         """An error ends this rank, and with it all: ``tell()`` writes the message."""
         tell()
@@ -137,6 +140,8 @@ class VirtualRank:
     def barrier(self):
         """Wait for all ranks."""
         self._meet()
+
+    rest = barrier
 
 
 def world():

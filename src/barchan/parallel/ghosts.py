@@ -13,12 +13,13 @@ class Ghosts:
 
     Attributes:
         get: the ``Mapping`` from grains to their ghosts; its ``reverse`` is the ghost put.
+        at_once: True waits for messages as soon as they are sent, to show what it gains to compute meanwhile.
     """
 
     def __init__(self, comm):
         self.comm = comm
         self.get = Mapping(comm, {}, {})
-        self._travelling, self._lines = (), Lines(comm)
+        self._travelling, self._lines, self.at_once = (), Lines(comm), False
 
     @property
     def wire(self):
@@ -51,6 +52,8 @@ class Ghosts:
         """Send what others need; ``finish_update`` waits for what they sent."""
         if self.comm.size > 1:
             self._send(grains, grains.blocks_of(names))
+            if self.at_once:
+                self.finish_update(grains)
 
     def finish_update(self, grains):
         """Write what has arrived into the ghosts. ``grains`` is modified."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from barchan.errors import LostGrainError
+from barchan.kernels.history import NOWHERE
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel.mapping import Mapping, by_rank
 
@@ -32,7 +33,7 @@ def migrate(comm, owner, grains, rows, partners=None):
         partners: ranks within reach, if no grain of any rank goes further (local mapping); None: any rank (global).
 
     Returns:
-        The rows of the grains that are owned now: first those that stayed, in the order in which they were.
+        (rows of the grains that are owned now, the row that each was, ``NOWHERE`` of one that came).
 
     Raises:
         LostGrainError: the number of grains over all ranks has changed.
@@ -44,8 +45,7 @@ def migrate(comm, owner, grains, rows, partners=None):
     for name in grains.block_names:
         travel.push(grains.block(name))
     travel.push(counts).send()
-    staying = np.flatnonzero(owner == comm.rank)
-    grains.keep(staying)
+    staying = grains.take_out(owner != comm.rank)
     arrived = {name: travel.pop() for name in grains.block_names}
     grains.append_rows(arrived, travel.n_received)
     joined = ContactRows.join([rows.take(staying), move_rows(travel, rows, travel.pop())])
@@ -54,7 +54,7 @@ def migrate(comm, owner, grains, rows, partners=None):
         raise LostGrainError(
             f"{moved[0]} grains before the migration, {moved[1]} after it: an error of barchan, please report it"
         )
-    return joined
+    return joined, np.concatenate([staying, np.full(travel.n_received, NOWHERE)]).astype(np.uint32)
 
 
 def move_rows(travel, rows, counts):

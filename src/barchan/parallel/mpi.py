@@ -176,6 +176,12 @@ class MpiRank:
         """Wait for all ranks."""
         self._comm.Barrier()
 
+    def rest(self):
+        """Wait for all ranks without keeping a core busy."""
+        everybody = self._comm.Ibarrier()
+        while not everybody.Test():
+            sleep(0.005)
+
     def exchange(self, messages, partners=None):
         """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes.
 

@@ -101,6 +101,9 @@ class Topology:
 #: Sub-domains with grains in them for each rank: a rank's load is then known to about half a percent.
 SUBDOMAINS = 128
 
+#: Most sub-domains: all ranks know all of them.
+MOST = 1 << 22
+
 
 def shape_of(box, count, least=0.0):
     """About ``count`` sub-domains, as near to cubes as the box allows, of edges not below ``least`` [length].
@@ -120,8 +123,31 @@ def shape_of(box, count, least=0.0):
     return shape
 
 
-def even(box, size):
-    """A topology to begin with: nothing is known of the grains, so all of space counts alike."""
-    shape = shape_of(box, SUBDOMAINS * size if size > 1 else 1)
-    cost = np.ones(int(np.prod(shape)), dtype=np.int64)
+def even(box, size, bricks=None):
+    """A topology to begin with, in which each rank gets as much of what grains will fill.
+
+    Args:
+        bricks: low and high corner of each part of the box that they will fill evenly; default: all of it.
+    """
+    wanted = SUBDOMAINS * size if size > 1 else 1
+    count, bricks = wanted, [(box.low, box.high)] if bricks is None else bricks
+    while True:
+        shape = shape_of(box, count)
+        volume = _volumes(box, shape, bricks)
+        if np.count_nonzero(volume) >= min(wanted, volume.size) or count >= MOST:
+            break
+        count *= 2
+    cost = np.rint(1e6 * volume / max(volume.max(), 1e-300)).astype(np.int64)
     return Topology(box, shape, bisection(cost, shape, box.length / shape, np.ones(size)), size)
+
+
+def _volumes(box, shape, bricks):
+    """How much of each sub-domain the bricks fill."""
+    total = np.zeros(tuple(shape))
+    for low, high in bricks:
+        lengths = []
+        for axis in range(3):
+            faces = box.low[axis] + np.arange(shape[axis] + 1) * (box.length[axis] / shape[axis])
+            lengths.append(np.clip(np.minimum(high[axis], faces[1:]) - np.maximum(low[axis], faces[:-1]), 0.0, None))
+        total += np.einsum("i,j,k", *lengths)
+    return total.ravel()

