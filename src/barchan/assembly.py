@@ -315,10 +315,10 @@ class Assembly:
             self._admit(self.walls[number], number)
         return is_physical(edited) or bool(walls)
 
-    def _take_down_list(self, on_both=True):
-        """Contact memory to rows of the grains, of both grains of a pair unless none can leave this rank; ghosts dropped."""
+    def _take_down_list(self):
+        """Contact memory to rows of the grains, of a pair the one with the smaller id; ghosts dropped."""
         if self._listed:
-            self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both)
+            self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both=False)
             self.grains.drop_ghosts()
             self._listed = False
 

@@ -21,7 +21,7 @@ from barchan.neighbors.rows import ContactRows
 from barchan.parallel import Serial, files
 from barchan.parallel.files import Array
 from barchan.parallel.guard import on_first_rank
-from barchan.parallel.regroup import ById, by_smaller_id
+from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
 FORMAT = 3
@@ -54,7 +54,7 @@ def _remembered(sim):
     """What this rank's grains remember, of a pair the grain with the smaller id."""
     if sim.is_listed:
         return sim.contacts.detach(np.ones(sim.grains.n, dtype=bool), on_both=False)
-    return by_smaller_id(sim.grains.view("id"), sim.put_away_rows)
+    return sim.put_away_rows
 
 
 def _about(sim):

@@ -26,7 +26,6 @@ from barchan.parallel.balance import Balance
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
 from barchan.parallel.migrate import destinations, migrate
-from barchan.parallel.regroup import by_both_ids
 from barchan.stopwatch import Stopwatch
 
 #: Overlap, relative to the smaller diameter, above which contacts are counted and the user is warned once.
@@ -139,7 +138,8 @@ class Simulation(Assembly):
         start, order = self._sort_in_space(grid)
         self.ghosts.build(self.grains, self.topology, largest, largest + self._list_skin)
         self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
-        self.contacts.carry_over(known, origin[order], self._rows.take(order))
+        rows = self._rows.take(order)
+        self.contacts.carry_over(known, origin[order], rows if self._listed else self.ghosts.join_rows(rows))
         self.staleness.remember(self.step_number)
         self._walls_then = [wall.point.copy() for wall in self.walls]
         self._listed, self._rows, self._torn = True, None, False
@@ -210,7 +210,6 @@ class Simulation(Assembly):
         if self.comm.size > 1:
             if self.balance.when != "never":  # as they come, grains are shared evenly by their ids; so they shall be in space
                 self.topology = self.balance.anew(self, self._largest_radius())
-            self._rows = by_both_ids(self.comm, state.fields["id"], state.contacts)
             owner = self.topology.owner(self.grains.view("position"))
             self._rows, _ = migrate(self.comm, owner, self.grains, self._rows)
         self._primed = bool(state.about["forces_are_current"])

@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from barchan.neighbors.rows import ContactRows
 from barchan.parallel import virtual_ranks, world
 from barchan.parallel.mapping import Mapping, by_rank
-from barchan.parallel.regroup import ById, by_both_ids, by_smaller_id
+from barchan.parallel.regroup import ById
 
 pytestmark = pytest.mark.nojit
 
@@ -122,34 +121,3 @@ def test_from_one_topology_to_another_and_back(seed, size):
     for ids, first, total, brought in results:
         assert (first, total, brought) == (begin, 40, ids)
         begin += len(ids)
-
-
-@settings(max_examples=20)
-@given(st.integers(0, 10**6), st.sampled_from([1, 2, 4]))
-def test_rows_for_one_and_rows_for_both(seed, size):
-    """Pairs kept by the smaller id are known to the other grain afterwards, wherever it is; and the way back."""
-    rng = np.random.default_rng(seed)
-    ids = np.sort(rng.permutation(50)[:30]).astype(np.int64)
-    pairs = sorted({(int(min(a, b)), int(max(a, b))) for a, b in rng.choice(ids, (40, 2)) if a != b} | {(int(ids[3]), -1)})
-    value = {pair: rng.random(2) for pair in pairs}
-
-    def rows(own, both):
-        entries = [
-            (grain, key, value[pair])
-            for pair in pairs
-            for grain, key in ((pair, (pair[1], pair[0])) if both and pair[1] >= 0 else (pair,))
-        ]
-        lists = [sorted((key, tuple(v)) for grain, key, v in entries if grain == i) for i in own]
-        start = np.cumsum([0, *map(len, lists)])
-        keys = np.array([key for one in lists for key, _ in one], dtype=np.int64)
-        return ContactRows(start, keys, np.array([v for one in lists for _, v in one]).reshape(-1, 2))
-
-    def program():
-        comm = world()
-        own = ids[comm.rank * 30 // size : (comm.rank + 1) * 30 // size]
-        both = by_both_ids(comm, own, rows(own, False))
-        for made, wanted in ((both, rows(own, True)), (by_smaller_id(own, both), rows(own, False))):
-            assert [part.tolist() for part in made] == [part.tolist() for part in wanted]
-        return len(both.keys)
-
-    assert sum(virtual_ranks(size, program)) == 2 * len(pairs) - 1

@@ -103,21 +103,29 @@ def row_of(key, begin, end, keys):
     return begin
 
 
-@kernel(parallel=True)
-def attach_rows(n_owned, first, second, ids, wall_key, start, incidence, row_start, keys, values, column, slot, history):
-    """Give each contact the values that its first owned grain has a row for: those of row r stand in ``column`` + r. ``slot`` and
-    ``history`` are modified. The rows of a grain are in ascending order of the partner's key."""
-    for i in prange(n_owned):
+@helper
+def take_row(k, key, begin, end, keys, values, column, slot, history):
+    """Give contact ``k`` the row of ``key`` among ``begin`` to ``end``, if there is one."""
+    row = row_of(key, begin, end, keys)
+    if row < end and keys[row] == key:
+        slot[k] = column + row
+        for c in range(history.shape[0]):
+            history[c, column + row] = values[row, c]
+
+
+@kernel()
+def attach_rows(n_owned, n_inner, first, second, ids, wall_key, start, incidence, row_start, keys, values, column, slot, history):
+    """Give each contact the values that one of its grains, or both, has a row for: those of row r stand in ``column`` + r.
+    ``slot`` and ``history`` are modified. The rows of a grain or a ghost are in ascending order of the partner's key; pairs from
+    ``n_inner`` on have a ghost."""
+    for i in range(n_owned):
         begin, end = row_start[i], row_start[i + 1]
         for q in range(start[i], start[i + 1] if end > begin else start[i]):
-            entry = incidence[q]
-            if entry & 1 == 0 or first[entry >> 1] >= n_owned:
-                key = partner_key(i, entry, first, second, ids, wall_key)
-                row = row_of(key, begin, end, keys)
-                if row < end and keys[row] == key:
-                    slot[entry >> 1] = column + row
-                    for c in range(history.shape[0]):
-                        history[c, column + row] = values[row, c]
+            key = partner_key(i, incidence[q], first, second, ids, wall_key)
+            take_row(incidence[q] >> 1, key, begin, end, keys, values, column, slot, history)
+    for k in range(n_inner, first.shape[0]):
+        ghost, owned = (first[k], second[k]) if first[k] >= n_owned else (second[k], first[k])
+        take_row(k, ids[owned], row_start[ghost], row_start[ghost + 1], keys, values, column, slot, history)
 
 
 #: Number of a contact, or of a grain's row, that there is not before the rebuild or after it.

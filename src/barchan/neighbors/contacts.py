@@ -119,7 +119,7 @@ class Contacts:
 
         Args:
             wanted: (owned,) bool, of which grains.
-            on_both: let both grains of a pair remember it, as they must before they may part to different ranks.
+            on_both: let each grain of a pair have it, not the one with the smaller id alone.
         """
         if self.history_width == 0 or len(self.slot) == 0 or not wanted.any():
             return ContactRows.empty(len(wanted), self.history_width)
@@ -213,7 +213,7 @@ class Contacts:
         Args:
             known: what is ``Remembered`` of the old list, or ``NOTHING``.
             origin: (owned,) old row of each grain; ``NOWHERE`` of one that was not this rank's, or in no list.
-            rows: ``ContactRows`` of the grains, as such a one brought them; of the others, none.
+            rows: ``ContactRows`` of the grains, as such a one brought them, and perhaps of their ghosts; of the others, none.
         """
         self._make_columns(known.columns - 1 + len(rows.keys))
         new_row, pairs = self._new_rows(known, origin), (self._offsets, self.first, self.second)
@@ -225,8 +225,9 @@ class Contacts:
         history_kernels.carry_order(origin, known.moved, known.begin, known.entries, *lists)
         self._fill_incidence(len(origin))
         if len(rows.keys):
-            lists = (self.start, self.incidence, *rows, known.columns)
-            history_kernels.attach_rows(len(origin), *self._partners(), *lists, self.slot, self.history)
+            begin = np.append(rows.start, np.full(len(self._ids) + 1 - len(rows.start), rows.start[-1]))
+            lists = (self.start, self.incidence, begin, rows.keys, rows.values, known.columns)
+            history_kernels.attach_rows(len(origin), self._n_inner, *self._partners(), *lists, self.slot, self.history)
         self._arrange_memory()
         self.out[:, 0], self._offsets = 0.0, None
 

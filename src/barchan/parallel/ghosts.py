@@ -4,7 +4,11 @@ Ghosts carry the coordinates of the grain itself, never shifted by a period: the
 all ranks see the same numbers. There is one ghost per grain per rank.
 """
 
+import numpy as np
+
+from barchan.neighbors.rows import ContactRows
 from barchan.parallel.mapping import Mapping
+from barchan.parallel.migrate import move_rows
 from barchan.parallel.wire import Lines
 
 
@@ -42,6 +46,14 @@ class Ghosts:
         self._send(grains, names)
         grains.append_rows({}, self.get.n_received, ghost=True)
         self.finish_update(grains)
+
+    def join_rows(self, rows):
+        """``ContactRows`` of the grains, and then those of their ghosts: a contact may be known to the other grain alone. All
+        ranks must call this."""
+        if self.comm.size == 1:
+            return rows
+        counts = self.get.push(np.diff(rows.start)).send().pop()
+        return ContactRows.join([rows, move_rows(self.get, rows, counts)])
 
     def update(self, grains, names):
         """Bring the named fields of the ghosts up to date, one message a rank. ``grains`` is modified."""
