@@ -8,6 +8,7 @@ it. It holds data only: laws and functions of time stay in the user's script, an
 import json
 import os
 from itertools import pairwise
+from math import ceil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,6 +27,9 @@ from barchan.writers.output import write_together
 
 FORMAT = 3
 
+#: Grains for each rank, about, that are on the way to a file at a time.
+AT_A_TIME = 200_000
+
 
 class State(NamedTuple):
     """A state as plain data, grains in ascending order of id: all of them, or a rank's part.
@@ -43,18 +47,25 @@ def collect(sim):
     """The state of all ranks, on every rank. Reads, and changes nothing."""
     grains = sim.grains
     fields = {field.name: grains.view(field.name) for field in grains.saved_fields()}
-    parts = sim.comm.all_gather(({name: values.copy() for name, values in fields.items()}, _remembered(sim)))
+    remembered = _remembered(sim, np.arange(grains.n))
+    parts = sim.comm.all_gather(({name: values.copy() for name, values in fields.items()}, remembered))
     fields = {name: np.concatenate([fields[name] for fields, _ in parts]) for name in fields}
     order = np.argsort(fields["id"], kind="stable")
     contacts = ContactRows.join([rows for _, rows in parts]).take(order)
     return State(_about(sim), {name: values[order] for name, values in fields.items()}, contacts)
 
 
-def _remembered(sim):
-    """What this rank's grains remember, of a pair the grain with the smaller id."""
-    if sim.is_listed:
-        return sim.contacts.detach(np.ones(sim.grains.n, dtype=bool), on_both=False)
-    return sim.put_away_rows
+def _remembered(sim, some):
+    """What some of this rank's grains remember, of a pair the one with the smaller id.
+
+    Args:
+        some: their rows, ascending.
+    """
+    if not sim.is_listed:
+        return sim.put_away_rows.take(some)
+    wanted = np.zeros(sim.grains.n, dtype=bool)
+    wanted[some] = True
+    return sim.contacts.detach(wanted, on_both=False).of(some)
 
 
 def _about(sim):
@@ -106,20 +117,35 @@ def save(sim, path):
 
 def _write(sim, path, about):
     comm, grains = sim.comm, sim.grains
-    parts = ById(comm, grains.view("id"), sim.next_id)
-    rows = parts.bring_rows(_remembered(sim))
-    first, count = int(comm.before([len(rows.keys)])[0]), int(comm.sum([len(rows.keys)])[0])
-    fields = grains.saved_fields()
-    arrays = {f"grains/{f.name}": Array(np.dtype(f.dtype), (parts.total, f.width)[: 1 + (f.width > 1)]) for f in fields}
-    arrays["contacts/start"] = Array(np.dtype(np.int64), (parts.total + 1,))
+    remembered = sim.contacts.count_remembered() if sim.is_listed else len(sim.put_away_rows.keys)
+    total, count = comm.sum([grains.n, remembered]).tolist()
+    fields, width = grains.saved_fields(), sim.law.history_width
+    arrays = {f"grains/{f.name}": Array(np.dtype(f.dtype), (total, f.width)[: 1 + (f.width > 1)]) for f in fields}
+    arrays["contacts/start"] = Array(np.dtype(np.int64), (total + 1,))
     arrays["contacts/keys"] = Array(np.dtype(np.int64), (count,))
-    arrays["contacts/values"] = Array(np.dtype(np.float64), (count, rows.values.shape[1]))
+    arrays["contacts/values"] = Array(np.dtype(np.float64), (count, width))
     with files.writing_hdf5(comm, path, arrays, {"/": {"about": about}}) as file:
-        file.put("contacts/start", parts.begin + (comm.rank > 0), first + rows.start[int(comm.rank > 0) :])
-        file.put("contacts/keys", first, rows.keys)
-        file.put("contacts/values", first, rows.values)
+        if comm.rank == 0:
+            file.put("contacts/start", 0, np.zeros(1, dtype=np.int64))
+        _put_all(sim, file, fields, ceil(total / (AT_A_TIME * comm.size)))
+
+
+def _put_all(sim, file, fields, slabs):
+    """Put grains and contacts into the file in the order of ids, so many slabs one after another: what is on the way takes no
+    more memory than a slab does."""
+    comm, ids, begin, first = sim.comm, sim.grains.view("id"), 0, 0
+    ends = [sim.next_id * slab // max(slabs, 1) for slab in range(slabs + 1)]
+    for low, high in pairwise(ends):
+        some = np.flatnonzero((ids >= low) & (ids < high))
+        parts = ById(comm, ids[some], low, high)
+        rows = parts.bring_rows(_remembered(sim, some))
+        before = first + int(comm.before([len(rows.keys)])[0])
+        file.put("contacts/start", begin + parts.begin + 1, before + rows.start[1:])
+        file.put("contacts/keys", before, rows.keys)
+        file.put("contacts/values", before, rows.values)
         for field in fields:
-            file.put(f"grains/{field.name}", parts.begin, parts.bring(np.ascontiguousarray(grains.view(field.name))))
+            file.put(f"grains/{field.name}", begin + parts.begin, parts.bring(sim.grains.view(field.name)[some]))
+        begin, first = begin + parts.total, first + int(comm.sum([len(rows.keys)])[0])
 
 
 def read_state(path, comm=None):

@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import barchan as bc
+from barchan import checkpoint
 from barchan.checkpoint import Checkpoints, all_checkpoints, collect, newest_sound, read_state, restore, save
 from barchan.errors import CheckpointError, OutputError
+from barchan.parallel import virtual_ranks
 
 GLASS = dict(density=2500.0, youngs_modulus=1e7, poisson_ratio=0.25, friction=0.5)
 
@@ -164,3 +166,23 @@ def test_restoring_keeps_the_forces_of_the_file(tmp_path):
     again.prepare()
     assert np.array_equal(again.grains.sorted_by_id("force"), sim.grains.sorted_by_id("force"))
     assert collect(again).about["step"] == 20
+
+
+def saved_by(path):
+    """The bytes of a checkpoint of all ranks: with a list, and with memory put away."""
+    sim = filled()
+    save(sim, path)
+    listed = path.read_bytes()
+    sim.begin_change()
+    save(sim, path)
+    return listed, path.read_bytes()
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_a_file_written_slab_by_slab_is_the_same(ranks, tmp_path, monkeypatch):
+    """Three grains in three slabs, some of which are empty on some ranks."""
+    listed, put_away = saved_by(tmp_path / "whole.h5")
+    assert listed == put_away
+    monkeypatch.setattr(checkpoint, "AT_A_TIME", 1 / ranks)
+    for files in virtual_ranks(ranks, saved_by, tmp_path / "slabs.h5"):
+        assert files == (listed, listed)

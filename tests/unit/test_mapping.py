@@ -110,7 +110,7 @@ def test_from_one_topology_to_another_and_back(seed, size):
         comm = world()
         ids = everyone[np.random.default_rng(seed + 1).integers(0, size, 40) == comm.rank].astype(np.int64)
         field = np.random.default_rng(seed + comm.rank).random((len(ids), 3))
-        parts = ById(comm, ids, 60)
+        parts = ById(comm, ids, 0, 60)
         there = parts.bring(field)
         assert same_bits(parts.take_back(there), field)
         return parts.ids.tolist(), parts.begin, parts.total, parts.bring(ids).tolist()

@@ -134,6 +134,13 @@ class Contacts:
         history_kernels.detach_rows(parts, room, *contacts, on_both, start, keys, values)
         return ContactRows(start, keys, values)
 
+    def count_remembered(self):
+        """Contacts that this rank's grains remember, of a pair the one with the smaller id."""
+        if self.history_width == 0:
+            return 0
+        own = self.first < len(self.touched)
+        return int(np.count_nonzero(own & (self.slot[: self.n_pairs] != 0)) + np.count_nonzero(self.slot[self.n_pairs :]))
+
     def put_aside(self, leaving):
         """What has to be remembered of this list for ``carry_over``. It lies where the forces of the step before were, which are
         needed no more; the list itself is worth nothing afterwards.

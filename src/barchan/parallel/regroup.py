@@ -15,15 +15,15 @@ class ById:
     Args:
         comm: communicator.
         ids: (n,) of this rank's grains.
-        next_id: above all ids.
+        low, high: of all ranks' ids, the first that may be, and the one after the last.
 
     Attributes:
         ids: (m,) ids that this rank got, ascending.
         begin, total: how many grains lower ranks got, and all ranks.
     """
 
-    def __init__(self, comm, ids, next_id):
-        self.comm, self._there = comm, Mapping.define(comm, by_rank(ids * comm.size // max(next_id, 1)))
+    def __init__(self, comm, ids, low, high):
+        self.comm, self._there = comm, Mapping.define(comm, by_rank((ids - low) * comm.size // max(high - low, 1)))
         got = self._there.push(ids).send().pop()
         self._order = np.argsort(got, kind="stable")
         self.ids, self.begin = got[self._order], int(comm.before([len(got)])[0])

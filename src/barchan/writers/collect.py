@@ -29,7 +29,7 @@ def grains_at_full_step(sim):
     columns = {name: grains.view(name) for name in names}
     columns["velocity"] = grains.view("velocity") + half * grains.view("force") * grains.view("inverse_mass")[:, None]
     columns["omega"] = grains.view("omega") + half * grains.view("torque") * grains.view("inverse_inertia")[:, None]
-    parts = ById(sim.comm, grains.view("id"), sim.next_id)
+    parts = ById(sim.comm, grains.view("id"), 0, sim.next_id)
     return {name: parts.bring(np.ascontiguousarray(column)) for name, column in columns.items()}
 
 
