@@ -1,5 +1,6 @@
 """Several processes compute the bits that one computes."""
 
+import re
 import warnings
 
 import numpy as np
@@ -10,6 +11,7 @@ from scenes_mpi import SCENES, avalanche, state_after
 import barchan as bc
 from barchan.checkpoint import collect, read_state, restore, save
 from barchan.compare import differences
+from barchan.errors import BarchanError, Interrupted
 from barchan.kernels import compiler
 from barchan.parallel import Serial
 
@@ -75,6 +77,52 @@ def test_the_scenes_are_worth_it(name, comm):
         moved += len(np.setdiff1d(sim.grains.view("id"), before))
     moved, across, ghosts = comm.sum([moved, across, sim.grains.n_ghost]).tolist()
     assert moved >= 5 and across >= 1 and ghosts > 50, (moved, across, ghosts)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_steps_in_one_call_are_those_taken_one_by_one(name, comm):
+    """Compiled code that calls MPI, and Python that does, for ranks of one thread."""
+
+    def one_by_one(sim):
+        sim.clock.by_phase = True
+
+    sims = [SCENES[name](threads=1) for _ in range(2)]
+    one_by_one(sims[1])
+    for sim in sims:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim.run(STEPS)
+    assert differences(*map(collect, sims)) == []
+    by_time = callable(sims[0].gravity)  # then all steps are Python's
+    assert [sim.clock.seconds.get("steps", 0.0) > 0.0 for sim in sims] == [not by_time, False]
+
+
+def test_a_wish_to_stop_on_one_rank_ends_all_in_the_same_step(comm, alone):
+    sim = SCENES["gas"](threads=1)
+    sim.run(20)
+    sim.stop_requested = comm.rank == comm.size - 1
+    with pytest.raises(Interrupted):
+        sim.run(STEPS)
+    assert len(set(comm.all_gather(sim.step_number))) == 1 and 20 < sim.step_number < STEPS
+    sim.run(STEPS - sim.step_number)
+    assert differences(alone("gas"), collect(sim)) == []
+
+
+@pytest.mark.parametrize("by_phase", [False, True])
+def test_a_fault_on_one_rank_ends_all_in_the_step_in_which_one_rank_ends(by_phase, comm):
+    """In compiled steps and in those of Python: the first overlap that is too large, wherever it is."""
+
+    def end(**options):
+        sim = SCENES["gas"](threads=1, **options)
+        sim.max_overlap, sim.clock.by_phase = 0.01, by_phase
+        with warnings.catch_warnings(), pytest.raises(BarchanError) as caught:
+            warnings.simplefilter("ignore")
+            sim.run(10 * STEPS)
+        return sim.step_number, re.search(r"step \d+", str(caught.value))[0]
+
+    expected = end(comm=Serial())
+    assert expected[0] > 20
+    assert comm.all_gather(end()) == [expected] * comm.size
 
 
 def test_grains_that_touch_migrate_together_alone_and_back(comm, alone):

@@ -61,16 +61,14 @@ def test_a_definition_is_used_again_and_costs_one_message_a_rank():
         comm.start = lambda outgoing, incoming: sent.append(len(outgoing)) or start(outgoing, incoming)
         others = {rank: np.array([0, 2]) for rank in range(comm.size) if rank != comm.rank}
         mapping = Mapping.define(comm, others, [*others])
-        comm.exchange = None  # nothing is to be agreed upon any more
         for step in range(3):
             x, n = np.full((3, 4), step + comm.rank + 0.5), np.arange(3) + 10 * step
-            comm.exchange = type(comm).exchange.__get__(comm)
             mapping.push(x).push(n).send()
             assert mapping.pop().tolist() == [[step + rank + 0.5] * 4 for rank in others for _ in range(2)]
             assert mapping.pop().tolist() == [10 * step, 2 + 10 * step] * (comm.size - 1)
         return sent
 
-    assert virtual_ranks(3, program) == [[2, 2, 2]] * 3
+    assert virtual_ranks(3, program) == [[2, 2, 2, 2]] * 3, "one to agree, then one for each time"
 
 
 def test_ghost_put_brings_contributions_back_to_the_real_rows():

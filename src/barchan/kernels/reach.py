@@ -4,19 +4,19 @@ from barchan.kernels.compiler import helper, kernel
 
 
 @helper
-def subdomain_at(x, y, z, low, edge, shape):
-    """Place of the sub-domain of a point along each axis."""
-    cx = min(max(int((x - low[0]) / edge[0]), 0), shape[0] - 1)
-    cy = min(max(int((y - low[1]) / edge[1]), 0), shape[1] - 1)
-    cz = min(max(int((z - low[2]) / edge[2]), 0), shape[2] - 1)
+def subdomain_at(x, y, z, low, inverse, shape):
+    """Place of the sub-domain of a point along each axis; ``inverse`` is that of its edges."""
+    cx = min(max(int((x - low[0]) * inverse[0]), 0), shape[0] - 1)
+    cy = min(max(int((y - low[1]) * inverse[1]), 0), shape[1] - 1)
+    cz = min(max(int((z - low[2]) * inverse[2]), 0), shape[2] - 1)
     return cx, cy, cz
 
 
 @kernel()
-def find_subdomains(position, low, edge, shape, numbers):
+def find_subdomains(position, low, inverse, shape, numbers):
     """Write the number of the sub-domain of each point, counted along z fastest, into ``numbers``."""
     for i in range(position.shape[0]):
-        cx, cy, cz = subdomain_at(position[i, 0], position[i, 1], position[i, 2], low, edge, shape)
+        cx, cy, cz = subdomain_at(position[i, 0], position[i, 1], position[i, 2], low, inverse, shape)
         numbers[i] = (cx * shape[1] + cy) * shape[2] + cz
 
 
@@ -40,12 +40,13 @@ def beside(c, step, n, periodic):
 
 
 @kernel()
-def find_sends(place, low, edge, shape, periodic, span, owners, border, own, reach, rounding, rows, ranks):
+def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border, own, reach, rounding, rows, ranks):
     """Write grains and the ranks that must see them into ``rows`` and ``ranks``, in ascending order of rows, each once.
 
     Args:
         place: (n, 4) positions and radii of the grains of rank ``own``.
-        low, edge, shape, periodic: of the grid of sub-domains, (3,) each; ``owners`` and ``border``, whether others are near,
+        low, edge, inverse, shape, periodic: of the grid of sub-domains, (3,) each, the inverse that of the edge;
+            ``owners`` and ``border``, whether others are near,
             of each sub-domain.
         span: (3,) how many sub-domains away to look.
         reach: how far beyond its radius a grain is seen; ``rounding`` more, relatively.
@@ -56,7 +57,7 @@ def find_sends(place, low, edge, shape, periodic, span, owners, border, own, rea
     count = 0
     for i in range(place.shape[0]):
         x, y, z = place[i, 0], place[i, 1], place[i, 2]
-        cx, cy, cz = subdomain_at(x, y, z, low, edge, shape)
+        cx, cy, cz = subdomain_at(x, y, z, low, inverse, shape)
         if border[(cx * shape[1] + cy) * shape[2] + cz] == 0:
             continue
         first = count

@@ -31,12 +31,23 @@ class Mapping:
         """A mapping of which each rank knows what it sends; all ranks must call this.
 
         Args:
-            partners: ranks that may send here and be sent to; None: any may.
+            partners: ranks that may send here and be sent to, the same of each other; None: any may.
+
+        Raises:
+            ValueError: this rank has rows for one that is not among them.
         """
         counts = {rank: np.array([len(rows)], dtype=np.int64).view(np.uint8) for rank, rows in sends.items() if len(rows)}
-        received = comm.exchange(counts, partners)
-        receives = {source: int(received[source].view(np.int64)[0]) for source in sorted(received)}
-        return cls(comm, {rank: sends[rank] for rank in sorted(counts)}, receives)
+        if partners is None:
+            received = comm.exchange(counts)
+        else:  # all of them tell, if only of nothing: one round of messages of known size
+            stranger = next((rank for rank in counts if rank not in partners), None)
+            if stranger is not None:
+                raise ValueError(f"rank {comm.rank} has a message for rank {stranger}, which does not listen to it")
+            nothing, received = np.zeros(8, dtype=np.uint8), {rank: np.empty(8, dtype=np.uint8) for rank in partners}
+            comm.start({rank: counts.get(rank, nothing) for rank in partners}, received).finish()
+        told = {source: int(received[source].view(np.int64)[0]) for source in sorted(received)}
+        sends = {rank: sends[rank] for rank in sorted(counts)}
+        return cls(comm, sends, {source: count for source, count in told.items() if count})
 
     def reverse(self):
         """The mapping that sends something back for each row received, in the order in which they were."""

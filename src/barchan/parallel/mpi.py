@@ -13,7 +13,7 @@ from barchan.errors import RankError, SceneError
 #: How launchers tell a process that it is one of several: MPICH and Intel MPI, Open MPI, Slurm.
 _LAUNCHED = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
 
-_SIZES, _CONTENTS, _ROWS = 1, 2, 3  # tags of messages
+_CONTENTS, _ROWS = 1, 2  # tags of messages
 
 #: Seconds that a rank with an error waits for the others to have one, too.
 PATIENCE = 1.0
@@ -182,28 +182,15 @@ class MpiRank:
         while not everybody.Test():
             sleep(0.005)
 
-    def exchange(self, messages, partners=None):
-        """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes.
-
-        Args:
-            partners: ranks that may send here and be sent to, the same of each other; None: all.
-        """
-        incoming = self._sizes(messages, partners)
-        received = {source: np.empty(size, dtype=np.uint8) for source, size in incoming.items() if size}
+    def exchange(self, messages):
+        """Send ``messages`` (rank -> array of bytes) and return what was received, rank -> array of bytes."""
+        outgoing, incoming = np.zeros(self.size, dtype=np.int64), np.empty(self.size, dtype=np.int64)
+        for rank, message in messages.items():
+            outgoing[rank] = len(message)
+        self._comm.Alltoall(outgoing, incoming)
+        received = {int(source): np.empty(incoming[source], dtype=np.uint8) for source in np.flatnonzero(incoming)}
         self._start({rank: message for rank, message in messages.items() if len(message)}, received, _CONTENTS).finish()
         return received
-
-    def _sizes(self, messages, partners):
-        if partners is None:
-            outgoing, incoming = np.zeros(self.size, dtype=np.int64), np.empty(self.size, dtype=np.int64)
-            for rank, message in messages.items():
-                outgoing[rank] = len(message)
-            self._comm.Alltoall(outgoing, incoming)
-            return {int(source): int(incoming[source]) for source in np.flatnonzero(incoming)}
-        sizes = {rank: np.array([len(messages.get(rank, ()))], dtype=np.int64) for rank in partners}
-        heard = {rank: np.empty(1, dtype=np.int64) for rank in partners}
-        self._start(sizes, heard, _SIZES).finish()
-        return {rank: int(size[0]) for rank, size in heard.items()}
 
     def lasting(self, outgoing, incoming, tag):
         """``Lasting`` messages, rank -> array; where ``calls`` are known."""

@@ -27,13 +27,13 @@ class Topology:
     def __init__(self, box, shape, owner, size):
         self.box, self.shape, self.size = box, np.asarray(shape, dtype=np.int64), size
         self.owners = np.asarray(owner, dtype=np.int32)
-        self.edge = box.length / self.shape
+        self.edge, self._inverse = box.length / self.shape, self.shape / box.length
         self._near = {}
 
     def subdomain(self, position):
         """Number of the sub-domain of each point, (k,)."""
         numbers = np.empty(len(position), dtype=np.int64)
-        kernels.find_subdomains(np.ascontiguousarray(position), self.box.low, self.edge, self.shape, numbers)
+        kernels.find_subdomains(np.ascontiguousarray(position), self.box.low, self._inverse, self.shape, numbers)
         return numbers
 
     def owner(self, position):
@@ -67,7 +67,7 @@ class Topology:
         """
         _, border, span = self._surroundings(rank, widest + reach)
         room = 64 + len(place) // 4
-        grid = (self.box.low, self.edge, self.shape, np.array(self.box.periodic))
+        grid = (self.box.low, self.edge, self._inverse, self.shape, np.array(self.box.periodic))
         while True:
             rows, ranks = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int32)
             found = kernels.find_sends(place, *grid, span, self.owners, border, rank, reach, _ROUNDING, rows, ranks)
