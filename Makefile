@@ -23,6 +23,8 @@ lint: $(VENV)/.tested
 
 validate: $(VENV)/.tested
 	$(BIN)/python -m pytest -m validate tests
+	$(BIN)/mpiexec -n 3 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
+	$(BIN)/mpiexec -n 8 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
 
 CASES ?= chute dense avalanche gas small dense-1m rebuild
 THREADS ?= 1

@@ -250,13 +250,13 @@ class Assembly:
         ids = np.atleast_1d(ids)
         if len(ids) and ids.dtype.kind not in "iu":
             raise SceneError(f"ids = {ids[:5].tolist()} ... must be whole numbers (a mask goes through grains.id[mask])")
-        meant = np.unique(np.concatenate(self.comm.all_gather(ids.astype(np.int64))))
-        chosen = np.isin(self.grains.view("id"), meant)
-        known = np.concatenate(self.comm.all_gather(self.grains.view("id")[chosen]))
-        unknown = np.setdiff1d(meant, known)
+        own, meant = self.grains.view("id"), np.unique(ids.astype(np.int64))
+        of_others = np.unique(np.concatenate(self.comm.all_gather(meant[~np.isin(meant, own)])))  # none, if each names its own
+        known = np.concatenate(self.comm.all_gather(own[np.isin(own, of_others)]))
+        unknown = np.setdiff1d(of_others, known)
         if len(unknown):
-            raise SceneError(f"no grain has id {unknown[:5].tolist()}; {len(meant)} were named, {len(known)} are in the scene")
-        return chosen
+            raise SceneError(f"no grain has id {unknown[:5].tolist()}; {len(unknown)} that were named are not in the scene")
+        return np.isin(own, meant) | np.isin(own, of_others)
 
     def _set_frozen(self, ids, frozen):
         chosen = self._chosen(ids)

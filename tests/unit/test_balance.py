@@ -59,6 +59,21 @@ def test_one_rank_never_shares():
     assert not balance.is_due(Serial(), 1)
 
 
+def test_speeds_are_measured_from_what_each_rank_took_for_its_cost():
+    """Rank 1 takes three times as long for as much; nothing is concluded before anything was timed."""
+
+    def program():
+        balance, comm = Balance(), world()
+        balance.speeds = "measured"
+        first = balance._present_speeds(comm, 500.0).tolist()
+        for _ in range(4):
+            balance.note(0.3, 0.1 + 0.2 * comm.rank, 1)
+        return first, balance._present_speeds(comm, 500.0).tolist()
+
+    for first, then in virtual_ranks(2, program):
+        assert first == [1.0, 1.0] and then[0] / then[1] == pytest.approx(3.0)
+
+
 @pytest.mark.parametrize("speeds", [None, [1.0, 0.5], [2.0, 1.0]])
 def test_a_rank_half_as_fast_gets_half_the_load(speeds):
     """Within one sub-domain: by the cost of the grains that the ranks hold after sharing anew."""
@@ -82,8 +97,10 @@ def test_a_rank_half_as_fast_gets_half_the_load(speeds):
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        *(("speeds", speeds, "one positive number for each of 2 ranks") for speeds in ([1.0], [1.0, 0.0], [1.0, np.nan], "fast")),
-        *(("speeds", speeds, "one positive number for each of 2 ranks") for speeds in ([[1.0, 1.0]], [1.0, -1.0])),
+        *(
+            ("speeds", speeds, "'measured', or one positive number for each of 2 ranks")
+            for speeds in ([1.0], [1.0, 0.0], [1.0, np.nan], "fast", [[1.0, 1.0]], [1.0, -1.0])
+        ),
         *(("when", when, "'it pays', 'never' or a function of the step") for when in ("sometimes", None, 3)),
     ],
 )

@@ -45,9 +45,8 @@ def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border,
 
     Args:
         place: (n, 4) positions and radii of the grains of rank ``own``.
-        low, edge, inverse, shape, periodic: of the grid of sub-domains, (3,) each, the inverse that of the edge;
-            ``owners`` and ``border``, whether others are near,
-            of each sub-domain.
+        low, edge, inverse, shape, periodic: of the grid of sub-domains, (3,) each, the inverse that of the edge; ``owners`` and
+            ``border``, whether others are near, of each sub-domain.
         span: (3,) how many sub-domains away to look.
         reach: how far beyond its radius a grain is seen; ``rounding`` more, relatively.
 

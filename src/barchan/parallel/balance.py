@@ -26,7 +26,8 @@ class Balance:
     Attributes to set at any time between runs:
         when: "it pays" (by the rule of Moon & Saltz), "never" (equal parts of space for ever), or a function of the step that
             says whether a rebuild in that step shall share anew.
-        speeds: (ranks,) relative speeds of the processors; None: all alike.
+        speeds: (ranks,) relative speeds of the processors; "measured": from the time that each took for its cost since space was
+            shared last; None: all alike.
 
     Attributes to read:
         count: how often space was shared anew.
@@ -93,7 +94,7 @@ class Balance:
         return topology
 
     def _decompose(self, comm, box, grains, cost, widest):
-        position, speeds = grains.view("position"), self._checked_speeds(comm.size)
+        position, speeds = grains.view("position"), self._present_speeds(comm, float(cost.sum()))
         count = SUBDOMAINS * comm.size
         enough = min(count, int(comm.sum([grains.n])[0]) // 4)  # of sub-domains with grains, some grains in each
         while True:
@@ -112,6 +113,14 @@ class Balance:
         self.imbalance = float(load.max() / max(load.mean(), 1.0))
         return new
 
+    def _present_speeds(self, comm, cost):
+        """Relative speed of each rank; ``cost`` is that of a step on this one."""
+        if not isinstance(self.speeds, str) or self.speeds != "measured":
+            return self._checked_speeds(comm.size)
+        times = comm.all_gather((cost, self._own / max(self._steps, 1)))
+        known = all(cost > 0.0 and seconds > 0.0 for cost, seconds in times)
+        return np.array([cost / seconds if known else 1.0 for cost, seconds in times])
+
     def _checked_speeds(self, size):
         try:
             speeds = np.ones(size) if self.speeds is None else np.array(self.speeds, dtype=np.float64)
@@ -119,7 +128,9 @@ class Balance:
         except (TypeError, ValueError):
             sound = False
         if not sound:
-            raise SceneError(f"balance.speeds = {shown(self.speeds)} must be one positive number for each of {size} ranks")
+            raise SceneError(
+                f"balance.speeds = {shown(self.speeds)} must be 'measured', or one positive number for each of {size} ranks"
+            )
         return speeds
 
 
