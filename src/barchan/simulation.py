@@ -16,16 +16,15 @@ from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
-from barchan.kernels.history import NOWHERE
 from barchan.kernels.steps import Progress
 from barchan.kernels.wire import OWN, SLOWEST, WAITING
-from barchan.neighbors.contacts import NOTHING, Contacts, Setting
+from barchan.neighbors.contacts import Contacts, Setting
 from barchan.neighbors.grid import grid_around
 from barchan.neighbors.staleness import Staleness
 from barchan.parallel.balance import Balance
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
-from barchan.parallel.migrate import destinations, migrate
+from barchan.parallel.migrate import migrate, rehome
 from barchan.stopwatch import Stopwatch
 
 #: Overlap, relative to the smaller diameter, above which contacts are counted and the user is warned once.
@@ -133,12 +132,13 @@ class Simulation(Assembly):
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
         largest = self._largest_radius()
         self.topology = self.balance.shared(self, largest)
-        known, origin = self._migrate(2.0 * largest + self._list_skin)
+        old_list = self.contacts if self._listed else None
+        rows, known, origin = rehome(self.comm, self.topology, self.grains, old_list, self._rows, 2.0 * largest + self._list_skin)
         grid = grid_around(self.grains, self.topology.bounds(self.comm.rank), self.box, 2.0 * largest + self._list_skin)
         start, order = self._sort_in_space(grid)
         self.ghosts.build(self.grains, self.topology, largest, largest + self._list_skin)
         self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
-        rows = self._rows.take(order)
+        rows = rows.take(order)
         self.contacts.carry_over(known, origin[order], rows if self._listed else self.ghosts.join_rows(rows))
         self.staleness.remember(self.step_number)
         self._walls_then = [wall.point.copy() for wall in self.walls]
@@ -412,26 +412,6 @@ class Simulation(Assembly):
 
     def _cutoff(self):
         return 2.0 * self._largest_radius() + self._list_skin
-
-    def _migrate(self, reach):
-        """Every grain to the rank that owns its place, with what it remembers of its contacts. The list is put aside.
-
-        Returns:
-            (what is ``Remembered`` of the list, the row in it of each grain that is owned now, or ``NOWHERE``).
-        """
-        grains, comm = self.grains, self.comm
-        owner, partners = np.broadcast_to(comm.rank, grains.n), None
-        if comm.size > 1:
-            owner, partners = destinations(comm, self.topology, grains, reach)
-        leaving, known, origin = owner != comm.rank, NOTHING, np.full(grains.n, NOWHERE)
-        if self._listed:
-            self._rows = self.contacts.detach(leaving, on_both=True)
-            known, origin = self.contacts.put_aside(leaving), np.arange(grains.n, dtype=np.uint32)
-            grains.drop_ghosts()
-        if comm.size > 1:
-            self._rows, moved = migrate(comm, owner, grains, self._rows, partners)
-            origin = moved if self._listed else np.full(grains.n, NOWHERE)
-        return known, origin
 
     def _sort_in_space(self, grid):
         start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)

@@ -4,8 +4,37 @@ import numpy as np
 
 from barchan.errors import LostGrainError
 from barchan.kernels.history import NOWHERE
+from barchan.neighbors.contacts import NOTHING
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel.mapping import Mapping, by_rank
+
+
+def rehome(comm, topology, grains, contacts, rows, reach):
+    """Every grain to the rank that owns its place, with what it remembers of its contacts.
+
+    Args:
+        grains: modified; ghosts are dropped.
+        contacts: the list, which is put aside; None if there is none.
+        rows: ``ContactRows`` of the grains, if there is no list.
+        reach: how near ranks are to each other [length] that are looked among first.
+
+    Returns:
+        (``ContactRows`` of the grains that are owned now: all, or with a list those of grains that came; what is ``Remembered``
+        of the list; the row in it of each grain that is owned now, or ``NOWHERE``).
+    """
+    owner, partners = np.broadcast_to(comm.rank, grains.n), None
+    if comm.size > 1:
+        owner, partners = destinations(comm, topology, grains, reach)
+    known, origin = NOTHING, np.full(grains.n, NOWHERE)
+    if contacts is not None:
+        leaving = owner != comm.rank
+        rows, known = contacts.detach(leaving, on_both=True), contacts.put_aside(leaving)
+        origin = np.arange(grains.n, dtype=np.uint32)
+    grains.drop_ghosts()
+    if comm.size > 1:
+        rows, moved = migrate(comm, owner, grains, rows, partners)
+        origin = np.full(grains.n, NOWHERE) if contacts is None else moved
+    return rows, known, origin
 
 
 def destinations(comm, topology, grains, reach):
