@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
-from barchan.errors import BarchanError, SceneError
+from barchan.errors import BarchanError, Interrupted, SceneError
 from barchan.parallel import Serial, world
 from barchan.report import Journal
 
@@ -270,9 +270,9 @@ def main():
 
 
 def _interrupted(number, frame):
-    """Ctrl-C where no run is under way: before its first step, or while figures are drawn."""
-    typer.echo("barchan: interrupted; what was written is whole (barchan show DIR draws the figures of a finished run)", err=True)
-    sys.exit(130)
+    """Ctrl-C where no run is under way: before its first step, or while figures are drawn. An error, so that of several processes
+    all learn of it."""
+    raise Interrupted("interrupted; what was written is whole (barchan show DIR draws the figures of a finished run)")
 
 
 if __name__ == "__main__":

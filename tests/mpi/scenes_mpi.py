@@ -15,6 +15,13 @@ def dense(**options):
     return states.dense(bc.laws.hertz_standard, **options)
 
 
+def steady(**options):
+    """The same in gravity that does not turn: many steps in one call."""
+    sim = dense(**options)
+    sim.gravity = states.GRAVITY["steady"]
+    return sim
+
+
 def gas(**options):
     """400 fast grains in a box that is periodic on all sides: they cross borders all the time, and touch rarely."""
     box = bc.Box((0, 0, 0), (16, 12, 10), (True, True, True))
@@ -52,7 +59,7 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-SCENES = {"dense": dense, "gas": gas, "chute": chute}
+SCENES = {"dense": dense, "steady": steady, "gas": gas, "chute": chute}
 
 
 def state_after(name, steps, change=None, **options):

@@ -10,8 +10,10 @@ import numpy as np
 from scenes import pile
 
 import barchan as bc
+from barchan import cli
 from barchan.checkpoint import Checkpoints, newest_sound, restore
 from barchan.parallel import world
+from barchan.parallel.guard import on_first_rank
 
 
 class On:
@@ -45,6 +47,9 @@ def whoever_fails(what):
     rank = world().rank
     if what == "before" and rank == 1:
         raise RuntimeError("a mistake before the first step")
+    if what == "drawing":
+        signal.signal(signal.SIGINT, cli._interrupted)
+        on_first_rank(world(), lambda: os.kill(os.getpid(), signal.SIGINT))
     sim = prepared()
     if what == "scene" and rank == 1:
         sim.grains.radius[0] = -1.0

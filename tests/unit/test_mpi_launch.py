@@ -57,6 +57,12 @@ def test_an_error_on_one_rank_ends_all_with_one_message_that_names_it(phase, mes
     assert not list(tmp_path.rglob("*.h5"))
 
 
+def test_ctrl_c_while_the_first_rank_draws_figures_ends_all(tmp_path):
+    done, _ = program("drawing", tmp_path)
+    assert done.returncode != 0 and "went on" not in done.stdout
+    assert done.stderr.count("interrupted; what was written is whole") >= 1 and "rank 0 of 2 failed" in done.stderr
+
+
 def test_a_killed_rank_leaves_checkpoints_from_which_any_number_of_ranks_goes_on(tmp_path):
     done, _ = program("die", tmp_path / "cut")
     assert done.returncode != 0 and len(all_checkpoints(tmp_path / "cut")) == 2
