@@ -12,13 +12,17 @@ from barchan.walls import Plane
 #: Grains times steps in one call: 40 to 80 ms, after which Python looks whether somebody wants to stop.
 MOST_WORK = 1_000_000
 
+#: Grains that take about as long as the messages of a step between ranks that have to share a core.
+GRAINS_PER_MESSAGE = 1000
+
 
 def steps_ahead(sim, end):
     """Number of steps, up to step ``end``, in which this rank does nothing but move grains and flat walls, and compute forces."""
     if sim.staleness.also_when is not None or any(type(wall) is not Plane for wall in sim.walls):
         return 0
     due = min((_next_due(one, sim.step_number) for one in (*sim.actions, *sim.writers)), default=inf)
-    return int(min(end - sim.step_number, due - 1 - sim.step_number, MOST_WORK // max(sim.grains.n, 1)))
+    work = max(sim.grains.n, GRAINS_PER_MESSAGE if sim.comm.size > 1 else 1)
+    return int(min(end - sim.step_number, due - 1 - sim.step_number, MOST_WORK // work))
 
 
 def _next_due(one, step):
