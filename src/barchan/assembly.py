@@ -1,5 +1,7 @@
 """What is simulated: box, law, materials, grains and walls, and how users put them together."""
 
+from zlib import crc32
+
 import numpy as np
 
 from barchan.domain import Box, numbers
@@ -63,6 +65,7 @@ class Assembly:
             SceneError: shapes do not fit, or a field or a material does not exist.
         """
         values = self._values(position, radius, material, velocity, omega, frozen, fields)
+        self._compare(values)
         given = np.arange(len(values["position"]))
         self._add(given, len(given), values)
         return self.next_id - len(given) + given
@@ -85,12 +88,17 @@ class Assembly:
                 f"add_part: numbers = {shown(numbers)} must be {count} ascending whole numbers from 0 to {total - 1}, one for "
                 f"each position"
             )
-        kept = int(self.comm.sum([self._add(numbers, total, values)])[0])
+        first = self.next_id
+        added = self._add(numbers, total, values)
+        own = self.grains.view("id")[self.grains.n - added :] - first
+        kept, *sums = self.comm.sum([added, own.sum(), (own * own).sum()]).tolist()
         if kept != total:
             raise SceneError(
                 f"add_part: of {total} grains {kept} were given by the rank in whose space they are; each rank must give at "
                 f"least those in its own (Simulation.space)"
             )
+        if sums != [_wrapped(total * (total - 1) // 2), _wrapped((total - 1) * total * (2 * total - 1) // 6)]:
+            raise SceneError("add_part: two ranks gave different grains the same number; numbers count the grains of all ranks")
 
     def share_space(self, bricks):
         """Share space among the ranks before there are grains, so that each will hold as many. All ranks must call this.
@@ -110,8 +118,10 @@ class Assembly:
 
     @property
     def space(self):
-        """Low and high corner of the brick that holds this rank's part of space."""
-        return self.topology.bounds(self.comm.rank)
+        """Low and high corner [length] of the brick that holds this rank's part of space, with room for rounding; bricks of
+        several ranks may overlap."""
+        low, high = self.topology.bounds(self.comm.rank)
+        return low - 1e-9 * self.box.length, high + 1e-9 * self.box.length
 
     def _values(self, position, radius, material, velocity, omega, frozen, fields):
         """Fields of new grains by name."""
@@ -133,6 +143,17 @@ class Assembly:
             "material": numbers_of_materials,
             **fields,
         }
+
+    def _compare(self, values):
+        """Refuse lists of grains that differ between ranks."""
+        if self.comm.size > 1:
+            digest = float(crc32(np.ascontiguousarray(values["position"])) + len(values["position"]))
+            largest, smallest = self.comm.maximum([digest, -digest]).tolist()
+            if largest != -smallest:
+                raise SceneError(
+                    "add_grains: the ranks gave different grains; every rank must give the same list (seed random numbers), "
+                    "or each its own part with add_part"
+                )
 
     def _add(self, given, total, values):
         """Take up those of the grains with these numbers that are in this rank's part of space; returns how many are."""
@@ -321,6 +342,11 @@ class Assembly:
             self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both=False)
             self.grains.drop_ghosts()
             self._listed = False
+
+
+def _wrapped(number):
+    """A whole number as 64 bits hold a sum that went over."""
+    return (number + 2**63) % 2**64 - 2**63
 
 
 def _ascend(numbers, total):

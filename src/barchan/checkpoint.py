@@ -21,7 +21,7 @@ from barchan.kernels.provenance import source_hash
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel import Serial, files
 from barchan.parallel.files import Array
-from barchan.parallel.guard import on_first_rank
+from barchan.parallel.guard import on_first_rank, raise_together
 from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
@@ -185,7 +185,7 @@ def _read(path, rank, size):
         fields = _arrays(file, "grains", path.stat().st_size)
         rows = _arrays(file, "contacts", path.stat().st_size)
         begin, end = (k * (rows["start"].size - 1) // size for k in (rank, rank + 1))
-        start, ends = rows["start"][begin : end + 1], rows["start"][[0, -1]]
+        start, ends = rows["start"][begin : end + 1], np.array([rows["start"][0], rows["start"][-1]])
         fault = soundness.order_fault(start - start[0], start[-1] - start[0]) or soundness.order_fault(ends, len(rows["keys"]))
         if fault or start[0] < 0:
             raise ValueError(fault)
@@ -233,9 +233,8 @@ def restore(sim, path):
     difference = soundness.foreign(about, now)
     if difference:
         raise CheckpointError(f"checkpoint {path} belongs to another scene: {difference}")
-    fault = soundness.value_fault(state, now["walls"])
-    if fault:
-        raise CheckpointError(_broken(path, fault))
+    fault = soundness.value_fault(state, now["walls"])  # of this rank's part
+    raise_together(sim.comm, CheckpointError(_broken(path, fault)) if fault else None)
     if not callable(sim.gravity):
         sim.gravity = tuple(about["gravity"]["value"])
     for number, (wall, wall_state) in enumerate(zip(sim.walls, about["walls"])):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import barchan as bc
 from barchan import checkpoint
 from barchan.checkpoint import Checkpoints, all_checkpoints, collect, newest_sound, read_state, restore, save
-from barchan.errors import CheckpointError, OutputError
+from barchan.errors import CheckpointError, OutputError, RankError
 from barchan.parallel import virtual_ranks
 
 GLASS = dict(density=2500.0, youngs_modulus=1e7, poisson_ratio=0.25, friction=0.5)
@@ -186,3 +186,37 @@ def test_a_file_written_slab_by_slab_is_the_same(ranks, tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "AT_A_TIME", 1 / ranks)
     for files in virtual_ranks(ranks, saved_by, tmp_path / "slabs.h5"):
         assert files == (listed, listed)
+
+
+def emptied(path):
+    """All grains leave; the scene goes on without any, and so does what is read back."""
+    sim = filled()
+    sim.remove(np.arange(3))
+    sim.run(5)
+    save(sim, path)
+    again = scene()
+    restore(again, path)
+    again.run(5)
+    return again.step_number, again.grains.n
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_a_scene_without_grains_goes_on_and_is_read_back(ranks, tmp_path):
+    assert virtual_ranks(ranks, emptied, tmp_path / "empty.h5") == [(30, 0)] * ranks
+
+
+def test_a_value_that_one_rank_finds_is_refused_by_all(tmp_path):
+    """Rank 1 reads the grain that is nowhere; then all take the file before."""
+    save(filled(), tmp_path / "good.h5")
+    bad = filled()
+    bad.grains.position[bad.grains.id == 2] = np.nan
+    save(bad, tmp_path / "bad.h5")
+
+    def program():
+        sim = scene()
+        with pytest.raises((CheckpointError, RankError), match="is not inside the box"):
+            restore(sim, tmp_path / "bad.h5")
+        restore(sim, tmp_path / "good.h5")
+        return sim.step_number
+
+    assert virtual_ranks(2, program) == [20, 20]

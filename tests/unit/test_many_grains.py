@@ -12,13 +12,16 @@ import numpy as np
 import pytest
 
 import barchan as bc
+from barchan.bench import states
 from barchan.bench.bed import Bed, simulation
-from barchan.bench.cases import dense_flow
+from barchan.bench.cases import dense_flow, settled_flow
 from barchan.errors import SceneError
 from barchan.experiments.avalanche import Avalanche, build
 from barchan.experiments.avalanche.setup import _radii
 from barchan.packing.lattice import lattice, lattice_within
 from barchan.parallel import Serial, virtual_ranks, world
+from barchan.parallel.guard import on_first_rank
+from barchan.report import Journal
 
 ROOT = Path(__file__).parents[2]
 MPIEXEC = Path(sys.executable).with_name("mpiexec")
@@ -90,6 +93,24 @@ def test_grains_that_no_rank_gives_are_missed():
         sparse().add_part([0, 1, 2], 4, POINTS, 0.4)
 
 
+def test_the_same_number_on_two_ranks_is_refused():
+    def program():
+        sim = sparse()
+        low, high = sim.space
+        sim.add_part([0], 2, [0.5 * (low + high)], 0.4)
+
+    with pytest.raises(SceneError, match="the same number"):
+        virtual_ranks(2, program)
+
+
+def test_lists_that_differ_between_ranks_are_refused():
+    def program():
+        sparse().add_grains(POINTS + 0.1 * world().rank, 0.4)
+
+    with pytest.raises(SceneError, match="the ranks gave different grains"):
+        virtual_ranks(2, program)
+
+
 def test_parts_get_ids_after_all_before_them():
     sim = sparse()
     assert sim.add_grains(POINTS, 0.4).tolist() == [0, 1, 2]
@@ -108,6 +129,17 @@ def test_a_bed_made_by_several_ranks_is_that_made_by_one():
     (count, ids, position), parts = of_bed(), virtual_ranks(4, of_bed)
     order = np.argsort(np.concatenate([part[1] for part in parts]))
     assert count == 3000 and np.array_equal(np.concatenate([part[2] for part in parts])[order], position[np.argsort(ids)])
+
+
+def test_a_bed_is_settled_by_one_rank_alone(tmp_path, monkeypatch):
+    """While the others wait: where no state is kept yet."""
+    monkeypatch.setenv("BARCHAN_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(states, "SETTLING", 2)
+
+    def program():
+        return on_first_rank(world(), lambda: settled_flow(Journal(), 2)).shape
+
+    assert virtual_ranks(2, program) == [(32000, 3)] * 2
 
 
 def test_scaling_tells_what_it_measured():

@@ -10,6 +10,7 @@ from barchan.bench.peers.barchan import Engine
 from barchan.experiments.avalanche import stages
 from barchan.kernels.compiler import cache_root, default_threads
 from barchan.measure.base import full_step
+from barchan.parallel import Serial
 from barchan.report import ProgressLine, clock
 
 #: Version of everything made here; a new one makes all of it anew.
@@ -51,7 +52,7 @@ def settle(case, steps, journal):
     still = np.zeros_like(case.grains.velocity)
     weight = float(np.linalg.norm(case.gravity))
     case = case._replace(grains=case.grains._replace(velocity=still, omega=still), gravity=(0.0, 0.0, -weight))
-    engine = Engine(default_threads(), None)
+    engine = Engine(default_threads(), None, Serial())  # whoever makes a state does so alone
 
     def come_to_rest():
         for _ in range(0, steps, STOPPED_EVERY):

@@ -32,6 +32,7 @@ def make_grid(low, high, cell, max_cells, frame):
 
     Where the region reaches round a whole period it becomes the box itself, and wraps.
     """
+    cell = cell or 1.0  # no grains, no skin: any will do
     wraps = np.isfinite(frame.half) & (high - low >= frame.length)
     low, high = np.where(wraps, frame.low, low), np.where(wraps, frame.low + frame.length, high)
     extent = np.maximum(high - low, 0.0)

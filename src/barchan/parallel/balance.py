@@ -119,7 +119,8 @@ class Balance:
             return self._checked_speeds(comm.size)
         times = comm.all_gather((cost, self._own / max(self._steps, 1)))
         known = all(cost > 0.0 and seconds > 0.0 for cost, seconds in times)
-        return np.array([cost / seconds if known else 1.0 for cost, seconds in times])
+        speeds = np.array([cost / seconds if known else 1.0 for cost, seconds in times])
+        return speeds / speeds.mean()
 
     def _checked_speeds(self, size):
         try:

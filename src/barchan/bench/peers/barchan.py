@@ -33,12 +33,17 @@ def find(threads, ranks):
 
 
 class Engine:
-    """Runs a case; see ``barchan.bench.serving``."""
+    """Runs a case; see ``barchan.bench.serving``.
+
+    Args:
+        comm: of the ranks that run it; default: all.
+    """
 
     version = f"barchan {VERSION}"
 
-    def __init__(self, threads, home):
-        self.threads, self.sim, self.rank = threads, None, world().rank
+    def __init__(self, threads, home, comm=None):
+        self.threads, self.sim, self.comm = threads, None, comm or world()
+        self.rank = self.comm.rank
         warnings.simplefilter("ignore")  # of large overlaps: the cases have what they have
 
     def set_up(self, case, skin):
@@ -47,7 +52,7 @@ class Engine:
         grains, material = case.grains, Material("grain", **case.constants._asdict())
         law = SHIPPED[LAWS[case.law]]
         compile_law(law, [material])  # or the first steps and the first rebuild would be timed with it
-        sim = Simulation(Box(case.low, case.high, case.periodic), law, material, case.dt, case.gravity, self.threads)
+        sim = Simulation(Box(case.low, case.high, case.periodic), law, material, case.dt, case.gravity, self.threads, self.comm)
         sim.skin, sim.max_overlap = skin * case.diameter, 0.9  # other codes have no such limit; one case is as soft as that
         if case.floor is not None:
             sim.add_wall(Plane((0.0, 0.0, case.floor), (0.0, 0.0, 1.0)))
