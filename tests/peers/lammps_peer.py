@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import barchan as bc
-from barchan.bench.peers.lammps import mpi_library_folder
+from barchan.bench.peers.mpich import library_folder
 from barchan.measure import contact_table
 
 DRIVER = Path(__file__).with_name("lammps_driver.py")
@@ -43,7 +43,7 @@ def run_lammps(script, folder):
     """
     source, result, log = folder / "in.peer", folder / "peer.npz", folder / "log.peer"
     source.write_text(script, encoding="utf-8")
-    paths = [str(mpi_library_folder()), os.environ.get("LD_LIBRARY_PATH", "")]
+    paths = [str(library_folder()), os.environ.get("LD_LIBRARY_PATH", "")]
     environment = dict(os.environ, OMP_NUM_THREADS="1", LD_LIBRARY_PATH=os.pathsep.join(filter(None, paths)))
     done = subprocess.run(
         [sys.executable, str(DRIVER), str(source), str(result), str(log)],
