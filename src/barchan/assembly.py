@@ -79,10 +79,12 @@ class Assembly:
             position, radius, material, velocity, omega, frozen, fields: as ``add_grains`` takes them, of the given ones.
 
         Raises:
-            SceneError: what ``add_grains`` raises; or a grain was given by no rank in whose space it is.
+            SceneError: what ``add_grains`` raises; or a grain was given by no rank in whose space it is, or two have one number.
         """
         values, numbers = self._values(position, radius, material, velocity, omega, frozen, fields), np.asarray(numbers)
         count = len(values["position"])
+        if not isinstance(total, (int, np.integer)) or isinstance(total, bool) or total < 0:
+            raise SceneError(f"add_part: total = {shown(total)} must be a whole number >= 0, the same on all ranks")
         if numbers.shape != (count,) or numbers.dtype.kind not in "iu" or not _ascend(numbers, total):
             raise SceneError(
                 f"add_part: numbers = {shown(numbers)} must be {count} ascending whole numbers from 0 to {total - 1}, one for "

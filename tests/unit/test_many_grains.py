@@ -35,17 +35,19 @@ def on_ranks(ranks, *command, limit=300):
     return done.stdout
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("kind", ["sc", "bcc", "fcc"])
-def test_parts_of_a_lattice_make_up_the_whole(kind):
+def test_parts_of_a_lattice_make_up_the_whole(kind, axis):
     low, cells, edge = (0.3, -1.0, 2.0), (5, 4, 3), 0.7
-    whole, cuts = lattice(kind, edge, low, cells), np.linspace(0.0, 4.0, 6)
-    seen = {}
-    for a, b in pairwise(cuts):
-        numbers, points = lattice_within(kind, edge, low, cells, ((a, -9.0, -9.0), (b, 9.0, 9.0)))
+    whole, seen = lattice(kind, edge, low, cells), set()
+    for a, b in pairwise(low[axis] + np.linspace(-0.3, 3.7, 6)):
+        space = np.full(3, -9.0), np.full(3, 9.0)
+        space[0][axis], space[1][axis] = a, b
+        numbers, points = lattice_within(kind, edge, low, cells, space)
         assert (np.diff(numbers) > 0).all() and np.array_equal(points, whole[numbers])
-        inside = np.flatnonzero((whole[:, 0] >= a) & (whole[:, 0] < b))
+        inside = np.flatnonzero((whole[:, axis] >= a) & (whole[:, axis] < b))
         assert np.isin(inside, numbers).all() and len(numbers) < len(whole)
-        seen |= dict.fromkeys(numbers.tolist())
+        seen |= set(numbers.tolist())
     assert sorted(seen) == list(range(len(whole)))
 
 
@@ -86,6 +88,12 @@ POINTS = np.array([(1.0, 4.0, 4.0), (3.0, 4.0, 4.0), (7.0, 4.0, 4.0)])
 def test_numbers_that_cannot_be_are_refused(numbers):
     with pytest.raises(SceneError, match=r"add_part: numbers = .* must be 3 ascending whole numbers from 0 to 2"):
         sparse().add_part(numbers, 3, POINTS, 0.4)
+
+
+@pytest.mark.parametrize("total", [-1, 2.5, "3", None, np.nan])
+def test_a_total_that_cannot_be_is_refused(total):
+    with pytest.raises(SceneError, match=r"add_part: total = .* must be a whole number >= 0"):
+        sparse().add_part([0, 1, 2], total, POINTS, 0.4)
 
 
 def test_grains_that_no_rank_gives_are_missed():
