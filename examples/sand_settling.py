@@ -18,7 +18,7 @@ def main(steps=20000):
     weight = 9.81 * sim.grains.mass.sum()
     carried = -wall_force(sim, 0)[2]
     height = sim.grains.position[:, 2].max()
-    print(f"{sim.grains.n} grains, {1000 * height:.1f} mm high, kinetic energy {KineticEnergy().compute(sim).total:.2g} J")
+    print(f"{sim.n_grains} grains, {1000 * height:.1f} mm high, kinetic energy {KineticEnergy().compute(sim).total:.2g} J")
     print(f"the floor carries {carried:.5f} N, the sand weighs {weight:.5f} N")
     return carried / weight
 

@@ -116,7 +116,18 @@ class Assembly:
         corners = numbers("share_space: bricks", bricks, "length")
         if corners.ndim != 3 or corners.shape[1:] != (2, 3):
             raise SceneError(f"share_space: bricks have shape {corners.shape}; they must be (bricks, 2, 3)")
+        wrong = ~((corners[:, 0] < corners[:, 1]) & (corners[:, 1] > self.box.low) & (corners[:, 0] < self.box.high)).all(axis=1)
+        if wrong.any():
+            raise SceneError(
+                f"share_space: brick {np.flatnonzero(wrong)[0]}, {corners[wrong][0].tolist()}, must have a high corner above its "
+                f"low one, and a part inside the box from {self.box.low.tolist()} to {self.box.high.tolist()}"
+            )
         self.topology = even(self.box, self.comm.size, corners)
+
+    @property
+    def n_grains(self):
+        """Number of grains of all ranks, which all must ask."""
+        return int(self.comm.sum([self.grains.n])[0])
 
     @property
     def space(self):

@@ -78,7 +78,7 @@ def _about(sim):
         "dt": sim.dt,
         "next_id": sim.next_id,
         "forces_are_current": sim.is_primed,
-        "large_overlaps": int(sim.comm.sum([sim.large_overlaps])[0]),
+        "large_overlaps": int(sim.comm.sum([sim.faults.large_overlaps])[0]),
         "notes": sim.notes,
         "gravity": gravity,
         "law": {"name": sim.law.name, "hash": source_hash(sim.law), "history": sim.law.history},

@@ -79,10 +79,11 @@ class Box:
     def wrap(self, position):
         """Positions folded into the box along periodic directions, and the images they came from."""
         position = np.array(position, dtype=np.float64)
-        turns = np.where(self.periodic, np.floor((position - self.low) / self.length), 0.0)
-        folded = np.where(self.periodic, position - turns * self.length, position)
-        at_top = np.where(self.periodic, folded >= self.high, False)
-        folded = np.where(at_top | (self.periodic & (folded < self.low)), self.low, folded)
+        folds = self.periodic & np.isfinite(position)  # what is not finite is refused later, as it was given
+        turns = np.floor((position - self.low) / self.length, where=folds, out=np.zeros_like(position))
+        folded = np.where(folds, position - turns * self.length, position)
+        at_top = folds & (folded >= self.high)
+        folded = np.where(at_top | (folds & (folded < self.low)), self.low, folded)
         return folded, (turns + at_top).astype(np.int32)
 
     def outside(self, position):

@@ -59,7 +59,7 @@ class Grains:
         """Rows of the grains with the given ids, same shape as ``ids``.
 
         Raises:
-            SceneError: an id is not among the grains of this rank.
+            SceneError: an id is not among the grains of this rank (of several processes, another may have it).
         """
         ids = np.asarray(ids)
         own = self.view("id")

@@ -30,6 +30,7 @@ class Account(BaseModel):
 
     versions: dict[str, str] = {}
     threads: int
+    processes: int = 1
     first_step: int
     last_step: int
     seconds: float
@@ -48,11 +49,15 @@ class Sitting:
     """Counts one sitting of a simulation."""
 
     def __init__(self, sim):
-        self.first, self.began, self.stages = sim.step_number, time.monotonic(), {}
+        self.first, self.began, self.stages, self.large_overlaps = sim.step_number, time.monotonic(), {}, 0
 
     def stage(self, name, seconds):
         """Book the seconds of a stage."""
         self.stages[name] = self.stages.get(name, 0.0) + seconds
+
+    def count(self, sim):
+        """Count what ranks have found until now; all must call this, after steps that went well."""
+        self.large_overlaps = int(sim.comm.sum([sim.faults.large_overlaps])[0])
 
     def account(self, sim):
         """The account of the sitting, up to now."""
@@ -60,6 +65,7 @@ class Sitting:
         return Account(
             versions=versions(),
             threads=sim.threads,
+            processes=sim.comm.size,
             first_step=self.first,
             last_step=sim.step_number,
             seconds=time.monotonic() - self.began,
@@ -70,7 +76,7 @@ class Sitting:
             shortest_interval=watch.shortest if watch.rebuilds else None,
             bound_13=watch.bound_13 if watch.bound_13 < float("inf") else None,
             stable_dt=sim.stable_dt,
-            large_overlaps=int(sim.large_overlaps),
+            large_overlaps=max(self.large_overlaps, int(sim.faults.large_overlaps)),
             outlets=sim.notes.get("outlets", {}),
         )
 
@@ -97,7 +103,8 @@ def lines(path):
         return ["no record of how this run went"]
     seconds = sum(s.seconds for s in found)
     steps = sum(s.last_step - s.first_step for s in found)
-    text = [f"{steps:,} steps in {seconds:,.1f} s on {found[-1].threads} thread(s), {len(found)} sitting(s)"]
+    processes = f"{found[-1].processes} processes of " if found[-1].processes > 1 else ""
+    text = [f"{steps:,} steps in {seconds:,.1f} s on {processes}{found[-1].threads} thread(s), {len(found)} sitting(s)"]
     for title, parts in (("stages", [s.stages for s in found]), ("work", [s.work for s in found])):
         sums = Counter()
         for part in parts:

@@ -12,6 +12,7 @@ import numpy as np
 from barchan import preflight, stepping
 from barchan.assembly import Assembly
 from barchan.errors import Interrupted, SceneError
+from barchan.faults import ALLOWED_OVERLAP, Faults
 from barchan.forces import Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
@@ -26,9 +27,6 @@ from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
 from barchan.parallel.migrate import migrate, rehome
 from barchan.stopwatch import Stopwatch
-
-#: Overlap, relative to the smaller diameter, above which contacts are counted and the user is warned once.
-ALLOWED_OVERLAP = 0.05
 
 #: Skin relative to the largest diameter.
 DEFAULT_SKIN = 0.1
@@ -65,10 +63,10 @@ class Simulation(Assembly):
         self.actions, self.writers = [], []
         self.step_number, self.time = 0, 0.0
         self.notes = {}
-        self.touching = self.large_overlaps = 0
+        self.touching, self.faults = 0, Faults()
         self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
         self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
-        self._fault = self._loops = self._table = self._checked_dt = self._list_skin = self.stable_dt = None
+        self._loops = self._table = self._checked_dt = self._list_skin = self.stable_dt = None
         self._computed = 0.0
         self._complete = True
 
@@ -161,7 +159,7 @@ class Simulation(Assembly):
         counts.append(contacts.compute_walls(self._loops, grains, setting))
         self.touching, large, too_large = (sum(parts) for parts in zip(*counts))
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
-        self._note_faults(large, too_large, not_finite, depth=5)
+        self.faults.note(self, large, too_large, not_finite)
 
     def prepare(self):
         """Check the scene and bring forces up to date with what was changed since the last run.
@@ -202,7 +200,6 @@ class Simulation(Assembly):
             self._listed = self._torn = False
             self.contacts = Contacts(self.law)
         self._in_step = self._stopping = False  # whatever ended the last run
-        self._fault = None
         self.begin_change()
         self.grains.keep(np.zeros(0, dtype=np.int64))
         self.grains.append(state.fields)
@@ -215,7 +212,7 @@ class Simulation(Assembly):
         self._primed = bool(state.about["forces_are_current"])
         self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
-        self.large_overlaps = int(state.about["large_overlaps"]) if self.comm.rank == 0 else 0
+        self.faults.restart(int(state.about["large_overlaps"]) if self.comm.rank == 0 else 0)
 
     @property
     def present_gravity(self):
@@ -228,7 +225,7 @@ class Simulation(Assembly):
         """The next steps, up to step ``end``, in one call of compiled code: where calls of Python would take longer than all the
         rest. Returns what ``step`` needs to finish one that was begun, or None."""
         watch, gravity, wire = self.staleness, self._gravity, self.ghosts.wire
-        waits = callable(gravity.value) or not self._listed or self._fault or self.stop_requested
+        waits = callable(gravity.value) or not self._listed or self.faults.found or self.stop_requested
         waits = waits or self.clock.by_phase or wire is None or use_threads(self.threads, self.grains.n) > 1
         most = self._of_all_least(0 if waits else stepping.steps_ahead(self, end))
         if most < 2:
@@ -245,7 +242,7 @@ class Simulation(Assembly):
             watch.take(done.approach, done.quickest, self._list_skin, self.dt)
             self.touching = done.touching if done.done else self.touching
             self._in_step = bool(done.begun)
-            self._note_faults(done.large, done.too_large, done.not_finite, depth=4)
+            self.faults.note(self, done.large, done.too_large, done.not_finite)
         watch_of_wire = wire.watch.tolist()
         self.balance.note(watch_of_wire[SLOWEST], watch_of_wire[OWN], done.done)
         self.clock.lap("steps")
@@ -279,16 +276,15 @@ class Simulation(Assembly):
     def _is_stale(self, motion):
         """Whether to rebuild, and whether any rank has to stop: one reduction decides both for all ranks."""
         fastest, bad = motion
-        if bad and self._fault is None:
-            self._fault = preflight.bad_grain(self)
+        if bad and self.faults.found is None:
+            self.faults.found = preflight.bad_grain(self)
         speed = max([sqrt(fastest), *(wall.speed for wall in self.walls)])
-        wishes = float(self._fault is not None), float(self.stop_requested)
         computed = self.clock.seconds.get("motion", 0.0) + self.clock.seconds.get("forces", 0.0)
         own, self._computed = computed - self._computed, computed
-        speed, fault, self._stopping, slowest = self.comm.maximum([speed, *wishes, own])
+        wish = float(self.stop_requested)
+        speed, slowest, self._stopping, *signs = self.comm.maximum([speed, own, wish, *self.faults.signs])
         self.balance.note(slowest, own, 1)
-        if fault:
-            self._stop()
+        self.faults.take_note(self, *signs, depth=4)
         self.staleness.advance(speed, self._list_skin, self.dt)
         if not self._listed:  # an action changed the grains: nothing is known of their displacements
             return True
@@ -309,27 +305,8 @@ class Simulation(Assembly):
         *largest, square = self.comm.maximum([*largest, square])
         self.staleness.measure(largest, sqrt(square))
 
-    def _note_faults(self, large, too_large, not_finite, depth):
-        """Keep what is wrong with the forces of this step; ``depth`` of calls from here to the line that called run()."""
-        if not_finite:
-            self._fault = preflight.bad_force(self)
-        elif too_large:
-            self._fault = preflight.too_large_overlap(self)
-        if large and not self.large_overlaps:
-            warnings.warn(
-                f"step {self.step_number}: {large} contact(s) overlap by more than {100 * ALLOWED_OVERLAP:g} % of the smaller "
-                f"diameter; a stiffer material is closer to hard grains",
-                stacklevel=depth,
-            )
-        self.large_overlaps += large
-
     def _agree_on_faults(self):
-        if self.comm.maximum([float(self._fault is not None)])[0]:
-            self._stop()
-
-    def _stop(self):
-        fault, self._fault = self._fault, None
-        raise_together(self.comm, fault)
+        self.faults.take_note(self, *self.comm.maximum(self.faults.signs), depth=3)
 
     def _break_off(self):
         """End the run between two steps, on all ranks."""
@@ -355,7 +332,7 @@ class Simulation(Assembly):
                 writer.write(self)
         edited = self.grains.take_edits()
         if edited:
-            self._fault = SceneError(f"step {self.step_number}: a writer changed {', '.join(edited)}; only an action may")
+            self.faults.found = SceneError(f"step {self.step_number}: a writer changed {', '.join(edited)}; only an action may")
 
     def take_up_changes(self):
         """Note what users changed since the last run, so that a checkpoint knows whether its forces are current."""

@@ -59,7 +59,7 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
         *(float(number) for number in (setting.dt, setting.allowed_overlap, setting.max_overlap)),
         float(max((wall.speed for wall in walls), default=0.0)),
         watch.allowed(skin),
-        sim.large_overlaps > 0,
+        sim.faults.large_overlaps > 0,
     )
     planes = Planes(point, normal, velocity, sim.contacts.surface)
     then = Then(sim.contacts.seen, np.array(walls_then).reshape(-1, 3))

@@ -1,5 +1,7 @@
 """Grains and walls put in, taken out, frozen and released between runs."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scenes import NOTHING, fingerprint, pile, simulation
@@ -53,6 +55,15 @@ def test_positions_beyond_a_periodic_face_are_folded_and_their_image_kept():
     sim.add_grains([[17.0, 1, 1], [-1.0, 4, 4]], 0.5)
     assert sim.grains.position[:, 0].tolist() == [1.0, 7.0]
     assert sim.grains.image[:, 0].tolist() == [2, -1]
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+def test_a_position_that_is_not_finite_is_told_as_it_was_given(value):
+    sim = simulation(bc.Box((0, 0, 0), (8, 8, 8), (True, False, False)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.add_grains([[value, 1, 1]], 0.5)
+    assert repr(float(sim.grains.position[0, 0])) == repr(float(value))
 
 
 def test_a_grain_added_between_runs_is_felt_in_the_next_step():

@@ -74,6 +74,23 @@ def test_speeds_are_measured_from_what_each_rank_took_for_its_cost():
         assert first == [1.0, 1.0] and then[0] / then[1] == pytest.approx(3.0)
 
 
+def test_a_rank_with_few_grains_or_none_is_not_starved_by_its_measured_speed():
+    """Cost 100, 100, 1 and 0 in the same time: the third is held at a quarter of the median, of the fourth nothing is known."""
+
+    def program():
+        balance, comm = Balance(), world()
+        balance.speeds = "measured"
+        balance.note(0.1, 0.1, 1)
+        return balance._present_speeds(comm, [100.0, 100.0, 1.0, 0.0][comm.rank]).tolist()
+
+    assert virtual_ranks(4, program) == [[1.0, 1.0, 0.25, 1.0]] * 4
+
+
+def test_a_typo_is_no_new_attribute():
+    with pytest.raises(AttributeError, match="speed"):
+        Balance().speed = [1.0, 2.0]
+
+
 @pytest.mark.parametrize("speeds", [None, [1.0, 0.5], [2.0, 1.0]])
 def test_a_rank_half_as_fast_gets_half_the_load(speeds):
     """Within one sub-domain: by the cost of the grains that the ranks hold after sharing anew."""

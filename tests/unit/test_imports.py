@@ -20,7 +20,7 @@ STOREYS = (
     ("forces",),
     ("measure",),
     ("actions", "writers", "checkpoint", "compare", "soundness", "report", "record"),
-    ("preflight", "assembly", "stepping"),
+    ("preflight", "assembly", "stepping", "faults"),
     ("simulation",),
     ("packing", "scene", "units", "rundir", "warmup", "view"),
     ("experiments",),

@@ -119,6 +119,23 @@ def test_lists_that_differ_between_ranks_are_refused():
         virtual_ranks(2, program)
 
 
+@pytest.mark.parametrize("brick", [((0, 0, 4), (8, 8, 1)), ((9, 0, 0), (12, 8, 8)), ((0, 0, 0), (8, float("nan"), 8))])
+def test_bricks_that_cannot_be_filled_are_refused(brick):
+    with pytest.raises(
+        SceneError, match=r"share_space: brick 1, .* must have a high corner above its low one, and a part inside"
+    ):
+        sparse().share_space([((0, 0, 0), (8, 8, 8)), brick])
+
+
+def test_each_rank_knows_how_many_grains_there_are_in_all():
+    def program():
+        sim = sparse()
+        sim.add_grains(np.arange(1.0, 6.0)[:, None] * (1.0, 1.0, 1.0), 0.1)
+        return sim.n_grains
+
+    assert virtual_ranks(3, program) == [5, 5, 5]
+
+
 def test_parts_get_ids_after_all_before_them():
     sim = sparse()
     assert sim.add_grains(POINTS, 0.4).tolist() == [0, 1, 2]

@@ -189,6 +189,8 @@ def test_sittings_of_a_resumed_run_add_up(tmp_path):
     text = "\n".join(record.lines(path))
     assert "4,000 steps in 100.0 s on 1 thread(s), 3 sitting(s)" in text
     assert "20 rebuilds, every 40.0 steps on average, shortest 5; equation (13) allows 4.5 steps" in text
+    record.add(path, sitting(4000, 5000, 60.0, processes=4))
+    assert "5,000 steps in 160.0 s on 4 processes of 2 thread(s), 4 sitting(s)" in "\n".join(record.lines(path))
 
 
 def test_the_summary_tells_checks_that_passed_from_those_that_failed(tmp_path):

@@ -400,7 +400,7 @@ def test_a_state_that_is_restored_knows_nothing_of_the_step_that_was_broken_off(
             sim.run(20)
         assert sim._in_step
     else:
-        sim._fault = OverlapError("of a run that Ctrl-C ended")
+        sim.faults.found = OverlapError("of a run that Ctrl-C ended")
     sim.max_overlap = fresh.max_overlap
     restore(sim, tmp_path / "before.h5")
     with warnings.catch_warnings():

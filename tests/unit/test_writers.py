@@ -263,6 +263,23 @@ def test_a_directory_that_cannot_be_written_is_named_on_all_ranks(tmp_path):
         assert all(kind is RankError and f"{tmp_path}/file" in quoted and "rank 0" in quoted for kind, quoted in others)
 
 
+def test_a_table_refuses_rows_of_one_rank(tmp_path):
+    """Where a script was written for one process, and counts the grains of each."""
+
+    def program():
+        sim = pile()
+        sim.writers = [bc.writers.Table(tmp_path / "time.csv", bc.Every(1), lambda sim: {"highest id": int(sim.grains.id.max())})]
+        with pytest.raises(
+            OutputError, match=r"the ranks gave different rows, here \[\{'highest id': \d+\}\]; give sums over all ranks"
+        ):
+            sim.run(1)
+        sim.writers = [bc.writers.Table(tmp_path / "time.csv", bc.Every(1), lambda sim: {"grains": sim.n_grains})]
+        sim.run(1)
+        return sim.n_grains
+
+    assert len(set(virtual_ranks(2, program))) == 1
+
+
 def test_an_atomic_write_that_fails_leaves_the_older_file(tmp_path, monkeypatch):
     """Whatever fails: the block, the disk when it is flushed, the rename."""
     path = tmp_path / "f"

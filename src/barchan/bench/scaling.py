@@ -100,16 +100,24 @@ def measure(comm, grains, threads=1, steps=None, sync=False, journal=None):
         what = f"round {number + 1} of {ROUNDS}" if number >= 0 else "warmed up"
         journal.say(f"{what}: {steps if number >= 0 else BEFORE:,} steps on one rank, and on all", passing=True)
     several_at_once, _ = _phases(several, None, at_once=True)
-    phases, computed = _phases(several, comm if sync else None)
-    waited, at_once = (times["ghosts"][0] for times in (_phases(several, None)[0], several_at_once))
+    freely, computed = _phases(several, None)
+    phases, computed = _phases(several, comm) if sync else (freely, computed)
+    waited, at_once = (times["ghosts"][0] for times in (freely, several_at_once))
     get, count = several.ghosts.get, several.grains.n_ghost
     messages, rows = comm.maximum([len(get.sends), len(get.rows)]).tolist()
     ghosts, owned = comm.sum([count, several.grains.n]).tolist()
     factor = 1.0 if measured else made.count / alone.grains.n if alone else 1.0
     imbalance = float(computed.max() / computed.mean())
-    traffic = (ghosts / owned, int(messages), int(rows) * GHOST * 8)
+    traffic = (ghosts / owned, int(messages), int(rows) * _bytes_of_ghost(several))
     times = (seconds[0] * factor, seconds[1], measured, phases)
     return Scaling(comm.size, threads, owned, steps, *times, *traffic, imbalance, at_once - waited)
+
+
+def _bytes_of_ghost(sim):
+    """What a step sends of a ghost: compiled code what the law reads, Python whole blocks."""
+    if sim.threads == 1 and sim.ghosts.wire is not None:
+        return GHOST * 8
+    return sum(sim.grains.block(name).strides[0] for name in sim.grains.blocks_of(sim.law.reads))
 
 
 def _timed(sim, steps):
@@ -165,4 +173,11 @@ def lines(result):
     ]
     head = ("phase, in steps from Python", "mean of ranks [ms a step]", "largest")
     rows = [(name, f"{1e3 * mean:.4f}", f"{1e3 * most:.4f}") for name, (mean, most) in result.phases.items() if most > 0.0]
-    return [*table(cells), "", *table([head, *rows])]
+    noise = "  A range wider than the differences you look for means that something else used the cores: measure again."
+    return [
+        *table(cells),
+        noise,
+        "",
+        *table([head, *rows]),
+        "  One by one, phases take longer than in t: compare them, not sums.",
+    ]

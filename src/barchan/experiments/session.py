@@ -1,5 +1,6 @@
 """Runs an experiment in a directory: checks first, then scene, progress, checkpoints, summary; and resumes it."""
 
+import os
 import shlex
 import signal
 import time
@@ -47,6 +48,7 @@ def start(experiment, scene, path, manner, journal):
             )
         directory.claim(experiment.name, scene, record.versions())
         journal.keep(directory.path / "log.txt")
+        _tell_of_cores(sim, journal)
         journal.say(f"starting in {path}: {counted(sim)}, {experiment.stages(scene)[-1].end:,} steps")
         _run(experiment, scene, sim, directory, manner, journal)
     finally:
@@ -81,6 +83,7 @@ def resume(experiment, scene, path, manner, journal):
             journal.say(f"the run in {path} is finished, at step {sim.step_number:,}; give a longer --duration to continue it")
         else:
             directory.rewrite(experiment.name, scene, record.versions())
+            _tell_of_cores(sim, journal)
             journal.say(f"resuming in {path}: {counted(sim)}, step {sim.step_number:,}")
             _run(experiment, scene, sim, directory, manner, journal)
     finally:
@@ -105,7 +108,17 @@ def counted(sim):
     """How many grains there are, for a person."""
     immobile = int((sim.grains.view("frozen") == 1).sum())
     immobile, count = sim.comm.sum([immobile, sim.grains.n]).tolist()
-    return f"{count - immobile:,} grains that move, {immobile:,} immobile ones"
+    on = f" on {sim.comm.size} processes" if sim.comm.size > 1 else ""
+    return f"{count - immobile:,} grains that move, {immobile:,} immobile ones{on}"
+
+
+def _tell_of_cores(sim, journal):
+    """More threads than cores only get in each other's way."""
+    wanted, cores = sim.comm.ranks_on_node * sim.threads, os.cpu_count() or 1
+    if wanted > cores:
+        journal.say(
+            f"warning: {sim.comm.ranks_on_node} processes of {sim.threads} thread(s) share {cores} cores; fewer would be faster"
+        )
 
 
 def _check_same(scene, sim, directory):
@@ -164,6 +177,7 @@ def _stages(stages, sim, sitting):
         began = time.monotonic()
         try:
             sim.run(max(stage.end - sim.step_number, 0))
+            sitting.count(sim)
         finally:
             sitting.stage(stage.name, time.monotonic() - began)
 

@@ -20,6 +20,10 @@ from barchan.words import shown
 GRAIN, CANDIDATE, CONTACT = 20, 4, 9
 
 
+#: A rank with few grains is slow for what it has, gets fewer, and so on: no measured speed is further from the median.
+FASTEST = 4.0
+
+
 class Balance:
     """Watches what the ranks have to do.
 
@@ -32,8 +36,12 @@ class Balance:
     Attributes to read:
         count: how often space was shared anew.
         seconds: what that took on this rank.
-        imbalance: largest over mean cost of a rank's grains, at the last time.
+        imbalance: largest over mean cost of a rank's grains when space was shared last; 1 before.
+
+    There are no others: a typo is an error.
     """
+
+    __slots__ = ("_before", "_last_cost", "_own", "_slowest", "_steps", "count", "imbalance", "seconds", "speeds", "when")
 
     def __init__(self):
         self.when, self.speeds = "it pays", None
@@ -118,9 +126,11 @@ class Balance:
         if not isinstance(self.speeds, str) or self.speeds != "measured":
             return self._checked_speeds(comm.size)
         times = comm.all_gather((cost, self._own / max(self._steps, 1)))
-        known = all(cost > 0.0 and seconds > 0.0 for cost, seconds in times)
-        speeds = np.array([cost / seconds if known else 1.0 for cost, seconds in times])
-        return speeds / speeds.mean()
+        speeds = np.array([cost / seconds if cost > 0.0 and seconds > 0.0 else np.nan for cost, seconds in times])
+        if np.isnan(speeds).all():
+            return np.ones(comm.size)
+        middle = np.nanmedian(speeds)
+        return np.clip(np.where(np.isnan(speeds), middle, speeds) / middle, 1.0 / FASTEST, FASTEST)
 
     def _checked_speeds(self, size):
         try:

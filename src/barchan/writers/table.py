@@ -3,12 +3,14 @@
 import os
 from numbers import Integral, Real
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 
 from barchan.atomic import writing
 from barchan.errors import OutputError, ResultError
 from barchan.triggers import trigger
+from barchan.words import shown
 from barchan.writers.output import write_on_first_rank
 
 #: The first two columns of every table.
@@ -27,7 +29,8 @@ class Table:
         due: trigger, a function of the step.
         columns: function of the simulation, called on all ranks. It returns column name, with its unit, as in
             "speed [m/s]" -> number; or a list of such dicts, one a row. The names are the same in all rows; the columns
-            ``step`` and ``time [s]`` are put before them.
+            ``step`` and ``time [s]`` are put before them. The rows are the same on all ranks: give what ``barchan.measure``
+            or a reduction of ``sim.comm`` returns, not what belongs to the grains of one rank.
     """
 
     def __init__(self, path, due, columns):
@@ -39,10 +42,12 @@ class Table:
 
         Raises:
             OutputError: the operating system refused, there is a file in its place that is no table or has other columns, or
-                a row cannot be written; the table is as it was.
+                a row cannot be written, or ranks gave different rows; the table is as it was.
         """
         given = self.columns(sim)
         rows = [given] if isinstance(given, dict) else list(given)
+        if sim.comm.size > 1:
+            self._compare(sim, rows)
 
         def write():
             if self._is_first:
@@ -51,6 +56,16 @@ class Table:
                 self._append(rows, f"{sim.step_number},{sim.time!r}")
 
         write_on_first_rank(sim, self.path, write)
+
+    def _compare(self, sim, rows):
+        """Refuse rows that belong to one rank."""
+        digest = float(crc32(repr(rows).encode()))
+        largest, smallest = sim.comm.maximum([digest, -digest]).tolist()
+        if largest != -smallest:
+            raise OutputError(
+                f"step {sim.step_number}: table {self.path}: the ranks gave different rows, here {shown(rows)}; give sums "
+                f"over all ranks, as barchan.measure returns them (sim.n_grains instead of sim.grains.n)"
+            )
 
     def _continue_from(self, step):
         """Drop the rows of ``step`` and later, and a last one that was cut; returns the column names, None without a file."""
