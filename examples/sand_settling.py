@@ -3,7 +3,7 @@
 import numpy as np
 
 import barchan as bc
-from barchan.measure import KineticEnergy, wall_force
+from barchan.measure import KineticEnergy
 
 
 def main(steps=20000):
@@ -16,7 +16,7 @@ def main(steps=20000):
     sim.add_grains(0.0025 * (corners + 0.5), radius=random.uniform(0.0008, 0.0012, len(corners)))
     sim.run(steps)
     weight = 9.81 * sim.grains.mass.sum()
-    carried = -wall_force(sim, 0)[2]
+    carried = -sim.walls[0].force[2]
     height = sim.grains.position[:, 2].max()
     print(f"{sim.n_grains} grains, {1000 * height:.1f} mm high, kinetic energy {KineticEnergy().compute(sim).total:.2g} J")
     print(f"the floor carries {carried:.5f} N, the sand weighs {weight:.5f} N")

@@ -9,7 +9,7 @@ from barchan.materials import Material
 from barchan.simulation import Simulation
 from barchan.triggers import At, Every
 from barchan.version import VERSION
-from barchan.walls import Plane
+from barchan.walls import Cone, Cylinder, Plane, Sphere
 
 __version__ = VERSION
 
@@ -17,6 +17,8 @@ __all__ = [
     "At",
     "BarchanError",
     "Box",
+    "Cone",
+    "Cylinder",
     "Every",
     "Law",
     "Material",
@@ -24,6 +26,7 @@ __all__ = [
     "Plane",
     "Property",
     "Simulation",
+    "Sphere",
     "__version__",
     "law",
     "laws",

@@ -14,6 +14,8 @@ from barchan.neighbors.contacts import Contacts
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel import world
 from barchan.parallel.topology import even
+from barchan.walls.loads import Loads
+from barchan.walls.wall import Wall
 from barchan.words import nearest, shown
 
 #: Fields of a new grain that follow from the others.
@@ -36,7 +38,7 @@ class Assembly:
         self.box, self.law, self.materials = box, law, Materials(materials)
         self.comm = comm or world()
         self.topology = even(box, self.comm.size)
-        self.grains, self.walls, self.next_id = Grains(), [], 0
+        self.grains, self.walls, self.next_id, self.loads = Grains(), [], 0, Loads(self)
         self.contacts = Contacts(law)
         self._rows = ContactRows.empty(0, law.history_width)
         self._listed = self._primed = self._torn = False
@@ -239,12 +241,12 @@ class Assembly:
         Raises:
             SceneError: it is no wall, or is in a scene already, this one or another.
         """
-        if not hasattr(wall, "candidates"):
-            raise SceneError(f"add_wall: {shown(wall)} is no wall; give a barchan.Plane")
+        if not isinstance(wall, Wall):
+            raise SceneError(f"add_wall: {shown(wall)} is no wall; give a barchan.Plane, Cylinder, Sphere or Cone")
         if wall.key:
             raise SceneError(f"add_wall: this {wall.kind} is wall {-1 - wall.key} of a scene already; make another one")
         self._admit(wall, len(self.walls))
-        wall.key = -1 - len(self.walls)
+        wall.admit(self.loads, -1 - len(self.walls))
         self.begin_change()
         self.walls.append(wall)
         self._primed = False
@@ -254,6 +256,7 @@ class Assembly:
         """Check a wall that is new or was edited."""
         wall.material = self.materials.index(wall.material)
         wall.check(self.box, f"wall {number} ({wall.kind})")
+        wall.settle()
         wall.edited = False
 
     def remove(self, ids):
@@ -352,6 +355,7 @@ class Assembly:
     def _take_down_list(self):
         """Contact memory to rows of the grains, of a pair the one with the smaller id; ghosts dropped."""
         if self._listed:
+            self.loads.keep()
             self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both=False)
             self.grains.drop_ghosts()
             self._listed = False

@@ -25,7 +25,7 @@ from barchan.parallel.guard import on_first_rank, raise_together
 from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
-FORMAT = 3
+FORMAT = 4
 
 #: Grains for each rank, about, that are on the way to a file at a time.
 AT_A_TIME = 200_000
@@ -84,6 +84,7 @@ def _about(sim):
         "law": {"name": sim.law.name, "hash": source_hash(sim.law), "history": sim.law.history},
         "materials": sim.materials.describe(),
         "walls": [wall.state() for wall in sim.walls],
+        "loads": sim.loads.state(),
         "box": {"low": sim.box.low.tolist(), "high": sim.box.high.tolist(), "periodic": list(sim.box.periodic)},
         "user_fields": [
             {

@@ -139,7 +139,7 @@ class Simulation(Assembly):
         rows = rows.take(order)
         self.contacts.carry_over(known, origin[order], rows if self._listed else self.ghosts.join_rows(rows))
         self.staleness.remember(self.step_number)
-        self._walls_then = [wall.point.copy() for wall in self.walls]
+        self._walls_then = [wall.place for wall in self.walls]
         self._listed, self._rows, self._torn = True, None, False
 
     def compute_forces(self, dt):
@@ -149,7 +149,7 @@ class Simulation(Assembly):
         grains, contacts = self.grains, self.contacts
         setting, counts = self._setting(dt), []
         for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
-            wall.measure(contacts, grains, begin, end)
+            wall.measure(contacts, grains, dt, begin, end)
         inner, border = contacts.parts
         counts.append(contacts.compute_pairs(self._loops, grains, setting, inner))  # while ghosts travel
         self.clock.lap("forces")
@@ -159,6 +159,7 @@ class Simulation(Assembly):
         counts.append(contacts.compute_walls(self._loops, grains, setting))
         self.touching, large, too_large = (sum(parts) for parts in zip(*counts))
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
+        self.loads.forget()
         self.faults.note(self, large, too_large, not_finite)
 
     def prepare(self):
@@ -212,6 +213,7 @@ class Simulation(Assembly):
         self._primed = bool(state.about["forces_are_current"])
         self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
+        self.loads.restore(state.about["loads"])
         self.faults.restart(int(state.about["large_overlaps"]) if self.comm.rank == 0 else 0)
 
     @property
@@ -242,6 +244,7 @@ class Simulation(Assembly):
             watch.take(done.approach, done.quickest, self._list_skin, self.dt)
             self.touching = done.touching if done.done else self.touching
             self._in_step = bool(done.begun)
+            self.loads.forget()
             self.faults.note(self, done.large, done.too_large, done.not_finite)
         watch_of_wire = wire.watch.tolist()
         self.balance.note(watch_of_wire[SLOWEST], watch_of_wire[OWN], done.done)
@@ -253,6 +256,8 @@ class Simulation(Assembly):
         return Setting(len(self.materials), self._table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
 
     def _move(self):
+        for wall in self.walls:
+            wall.steer(self)  # by what grains do to it at n
         motion = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
             wall.move(self.dt)  # walls: n -> n+1
@@ -299,9 +304,8 @@ class Simulation(Assembly):
         frame = self.box.frame
         *largest, square = integrate.displacements(self.grains.block("place"), self.contacts.seen, frame.length, frame.half)
         for wall, then in zip(self.walls, self._walls_then):
-            travel = wall.point - then
-            largest = np.maximum(largest, np.stack([travel, -travel], axis=1).ravel())
-            square = max(square, float((travel**2).sum()))
+            travel, farthest = wall.travel(then)
+            largest, square = np.maximum(largest, travel), max(square, farthest * farthest)
         *largest, square = self.comm.maximum([*largest, square])
         self.staleness.measure(largest, sqrt(square))
 

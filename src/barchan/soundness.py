@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from barchan.fields import TABLE
+from barchan.kernels.loads import SUMS
 
 #: How values are shown: one short line, however long or deep they are.
 _REPR = Repr()
@@ -70,6 +71,7 @@ class _About(_Part):
     law: _Law
     materials: dict[str, Any]
     walls: list[dict[str, Any]]
+    loads: list[list[float]]
     box: _Box
     user_fields: list[_UserField]
 
@@ -160,9 +162,12 @@ def value_fault(state, walls):
     if not (_alike(gravity, {"hash": ""}) or _alike(gravity, {"value": [0.0, 0.0, 0.0]})):
         return "gravity is neither three finite numbers nor a function"
     for number, (there, here) in enumerate(zip(state.about["walls"], walls)):
-        length = sum(n**2 for n in there.get("normal", [1.0])) if _alike(there, here) else 0.0
-        if abs(length - 1.0) > 1e-9 or there["key"] != here["key"]:
+        units = [there[name] for name in ("normal", "half", "axis") if name in there] if _alike(there, here) else [[0.0]]
+        if any(abs(sum(n**2 for n in unit) - 1.0) > 1e-9 for unit in units) or there["key"] != here["key"]:
             return f"wall {number} is not described as a {here['kind']} is"
+    loads = state.about["loads"]
+    if len(loads) not in (0, len(walls)) or any(len(row) != SUMS or not np.isfinite(row).all() for row in loads):
+        return f"loads of walls are not {SUMS} finite numbers for each of {len(walls)} walls"
     return None
 
 
@@ -175,6 +180,12 @@ def _alike(there, here):
     if isinstance(here, float):
         return isinstance(there, float) and isfinite(there)
     return type(there) is type(here)
+
+
+def _named(wall):
+    """What a script says of a wall that no run changes."""
+    control = wall.get("control") if isinstance(wall.get("control"), dict) else {}
+    return wall.get("kind"), wall.get("material"), *([control.get("kind"), control.get("given")] if control else [])
 
 
 def foreign(there, here):
@@ -194,12 +205,12 @@ def foreign(there, here):
     difference = _difference(there["materials"], here["materials"]) or _difference({"box": there["box"]}, {"box": here["box"]})
     if difference:
         return difference
-    walls, own_walls = ([(w.get("kind"), w.get("material")) for w in about["walls"]] for about in (there, here))
+    walls, own_walls = ([_named(wall) for wall in about["walls"]] for about in (there, here))
     if len(walls) != len(own_walls):
         return f"it has {len(walls)} walls, here there are {len(own_walls)}; add the same walls in the same order"
     for number, (wall, own_wall) in enumerate(zip(walls, own_walls)):
         if wall != own_wall:
-            return f"walls: (kind, material) of wall {number} is {_short(wall)} there and {_short(own_wall)} here"
+            return f"walls: (kind, material and control) of wall {number} is {_short(wall)} there and {_short(own_wall)} here"
     return _gravity_difference(there["gravity"], here["gravity"]) or _user_field_difference(there, here)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from barchan.kernels.steps import OF_GHOSTS, Bodies, Planes, Rules, Then
 from barchan.report import ProgressLine
 from barchan.triggers import At, Every
-from barchan.walls import Plane
 
 #: Grains times steps in one call: 40 to 80 ms, after which Python looks whether somebody wants to stop.
 MOST_WORK = 1_000_000
@@ -18,7 +17,7 @@ GRAINS_PER_MESSAGE = 1000
 
 def steps_ahead(sim, end):
     """Number of steps, up to step ``end``, in which this rank does nothing but move grains and flat walls, and compute forces."""
-    if sim.staleness.also_when is not None or any(type(wall) is not Plane for wall in sim.walls):
+    if sim.staleness.also_when is not None or not all(wall.is_steady for wall in sim.walls):
         return 0
     due = min((_next_due(one, sim.step_number) for one in (*sim.actions, *sim.writers)), default=inf)
     work = max(sim.grains.n, GRAINS_PER_MESSAGE if sim.comm.size > 1 else 1)
@@ -41,13 +40,13 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
         setting: a ``Setting``.
         gravity: three numbers [length/time^2].
         skin: of the list [length].
-        walls_then: points of the walls at the rebuild.
+        walls_then: places of the walls at the rebuild.
         told: becomes what ``Progress`` reads, whatever interrupts this.
     """
     walls, grains, watch, frame = sim.walls, sim.grains, sim.staleness, setting.frame
     bodies = Bodies(*(grains.block(name, ghosts=name in OF_GHOSTS) for name in Bodies._fields))
-    point, normal, velocity = (
-        np.array([getattr(wall, name) for wall in walls]).reshape(-1, 3) for name in ("point", "normal", "velocity")
+    point, normal, velocity, omega = (
+        np.array([getattr(wall, name) for wall in walls]).reshape(-1, 3) for name in ("point", "normal", "velocity", "omega")
     )
     rules = Rules(
         np.uint32(setting.n_materials),
@@ -61,8 +60,8 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
         watch.allowed(skin),
         sim.faults.large_overlaps > 0,
     )
-    planes = Planes(point, normal, velocity, sim.contacts.surface)
-    then = Then(sim.contacts.seen, np.array(walls_then).reshape(-1, 3))
+    planes = Planes(point, normal, velocity, omega, sim.contacts.surface)
+    then = Then(sim.contacts.seen, np.array([place[0] for place in walls_then]).reshape(-1, 3))
     begin = (most, float(sim.time), float(watch.approach))
     try:
         sim.contacts.advance(loops, begin, bodies, (planes, then), rules, sim.ghosts.wire, told)

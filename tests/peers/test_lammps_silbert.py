@@ -49,7 +49,7 @@ fix 3 all nve/sphere
     ids = sim.add_grains(position, radius, velocity=velocity, omega=omega)
     start_like_lammps(sim, ids, lammps["start"])
     sim.run(1)
-    assert sim.touching > 400 and abs(bc.measure.wall_force(sim, 0)[2]) > 0.0
+    assert sim.touching > 400 and abs(sim.walls[0].force[2]) > 0.0
     assert max(deviations(sim, ids, lammps["one"])) < TOLERANCE
     sim.run(19)
     assert max(deviations(sim, ids, lammps["twenty"])) < TOLERANCE

@@ -7,7 +7,7 @@ import pytest
 from scenes import fingerprint, pile, simulation
 
 import barchan as bc
-from barchan.measure import KineticEnergy, contact_table, wall_force
+from barchan.measure import KineticEnergy, contact_table
 from barchan.parallel import virtual_ranks
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
@@ -42,7 +42,7 @@ def test_the_contact_table_names_places_and_forces_of_each_contact_once():
     assert table["force"] == pytest.approx(np.array([[100, 0, 0], [0, 0, 50], [0, 0, -30.0]]))
     points = sim.box.wrap(table["point"])[0]
     assert points == pytest.approx(np.array([[7.65, 4, 4], [4, 4, 0.0], [4, 4, 0.935]]), abs=1e-12)
-    assert wall_force(sim, 0) == pytest.approx([0, 0, -50.0])
+    assert sim.walls[0].force == pytest.approx([0, 0, -50.0])
 
 
 def test_measures_have_the_same_bits_for_any_number_of_ranks_and_change_nothing():
@@ -51,7 +51,7 @@ def test_measures_have_the_same_bits_for_any_number_of_ranks_and_change_nothing(
         sim.run(40)
         table = contact_table(sim)
         energy = KineticEnergy().compute(sim)
-        return {name: column.tobytes() for name, column in table.items()}, energy.total, wall_force(sim, 0).tobytes()
+        return {name: column.tobytes() for name, column in table.items()}, energy.total, sim.walls[0].force.tobytes()
 
     alone = program()
     assert any(np.frombuffer(alone[0]["second"], dtype=np.int64) < 0)
@@ -62,5 +62,5 @@ def test_measures_have_the_same_bits_for_any_number_of_ranks_and_change_nothing(
     for _ in range(4):
         measured.run(10)
         plain.run(10)
-        contact_table(measured), KineticEnergy().compute(measured), wall_force(measured, 0)
+        contact_table(measured), KineticEnergy().compute(measured), measured.walls[0].force
     assert fingerprint(measured) == fingerprint(plain)

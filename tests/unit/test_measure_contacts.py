@@ -9,7 +9,7 @@ from scenes import SOFT, fingerprint, pile, simulation
 import barchan as bc
 from barchan.checkpoint import restore, save
 from barchan.errors import SceneError
-from barchan.measure import ContactStatistics, EnergyBudget, Front, Jet, KineticEnergy, Profile, contact_table, wall_force
+from barchan.measure import ContactStatistics, EnergyBudget, Front, Jet, KineticEnergy, Profile, contact_table
 from barchan.parallel import virtual_ranks
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
@@ -164,9 +164,7 @@ def test_contacts_of_a_scene_that_was_changed_are_not_measured(measure):
     measure.compute(sim)
 
 
-@pytest.mark.parametrize(
-    "measure", [ContactStatistics().compute, EnergyBudget().compute, contact_table, lambda sim: wall_force(sim, 0)]
-)
+@pytest.mark.parametrize("measure", [ContactStatistics().compute, EnergyBudget().compute, contact_table])
 def test_contacts_of_a_restored_state_are_not_measured_before_a_step(measure, tmp_path):
     """A checkpoint holds what the next step reads: positions, total forces and memory, but no force of a contact."""
     sim = pile()

@@ -15,8 +15,8 @@ from barchan.compare import differences, last_state
 HERE = Path(__file__).parent
 MPIEXEC = Path(sys.executable).with_name("mpiexec")
 
-#: Seconds after which a program that should have ended hangs.
-LIMIT = 60
+#: Seconds after which a program that should have ended hangs; some compile all kernels first, on a busy machine for a minute.
+LIMIT = 180
 
 
 def launch(*command, ranks=2, **environment):

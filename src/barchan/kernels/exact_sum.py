@@ -17,7 +17,8 @@ _CARRY_EVERY = 1 << 29
 
 
 @helper
-def _add(limbs, value):
+def add(limbs, value):
+    """Add a finite number to ``limbs``, which is modified."""
     mantissa, exponent = math.frexp(value)
     whole = np.int64(mantissa * 9007199254740992.0)
     shift = exponent - 53 + 1074
@@ -45,7 +46,7 @@ def accumulate(values, limbs):
     bad = 0
     for i in range(values.shape[0]):
         if values[i] - values[i] == 0.0:
-            _add(limbs, values[i])
+            add(limbs, values[i])
         else:
             bad += 1
         if (i + 1) % _CARRY_EVERY == 0:
@@ -62,13 +63,37 @@ def carry(limbs):
         limbs[i + 1] += over
 
 
+@kernel()
 def value_of(limbs):
-    """The sum in ``limbs``, rounded once to the nearest double."""
-    total = sum(int(limb) << (32 * i) for i, limb in enumerate(limbs))
-    try:
-        return total / 2**1074
-    except OverflowError:
-        return math.inf if total > 0 else -math.inf
+    """The sum in ``limbs``, rounded once to the nearest double. ``limbs`` is modified: afterwards it is worth nothing."""
+    carry(limbs)
+    top = limbs.shape[0] - 1
+    sign = 1.0
+    if limbs[top] < 0:
+        sign = -1.0
+        for i in range(limbs.shape[0]):
+            limbs[i] = -limbs[i]
+        carry(limbs)
+    while top > 0 and limbs[top] == 0:
+        top -= 1
+    high, middle, low = limbs[top], limbs[top - 1] if top > 0 else 0, limbs[top - 2] if top > 1 else 0
+    bits = 0
+    while high >> bits > 0:
+        bits += 1
+    if bits > 32:  # beyond all doubles
+        return sign * math.inf
+    # 62 bits from the highest on; the last of them is set where anything below is: then they round as the whole does
+    above = max(30 - bits, 0)
+    below = max(bits - 30, 0)
+    mantissa = (high << (62 - bits)) | ((middle << above) >> below) | (low >> (32 - above))
+    rest = (middle & ((1 << below) - 1)) | (low & ((1 << (32 - above)) - 1))
+    for i in range(top - 2):
+        rest |= limbs[i]
+    if rest != 0:
+        mantissa |= 1
+    exponent = 32 * top + bits - 62 - 1074
+    half = exponent // 2  # in two steps, each within the range of doubles
+    return sign * float(mantissa) * math.ldexp(1.0, half) * math.ldexp(1.0, exponent - half)
 
 
 def exact_sum(values, comm=None):

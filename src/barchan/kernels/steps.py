@@ -61,11 +61,12 @@ class Then(NamedTuple):
 
 
 class Planes(NamedTuple):
-    """Flat walls, (walls, 3) each, and the geometry of their contacts."""
+    """Flat walls that do not turn, (walls, 3) each, and the geometry of their contacts."""
 
     point: np.ndarray
     normal: np.ndarray
     velocity: np.ndarray
+    omega: np.ndarray
     surface: np.ndarray
 
 
@@ -163,7 +164,7 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
         if lists.wall_grain.shape[0] > 0:
             for w in range(planes.point.shape[0]):
                 barchan_measure_plane(lists.wall_grain, place, lists.wall_begin[w], lists.wall_begin[w + 1], planes.point[w],
-                                    planes.normal[w], planes.velocity[w], planes.surface)
+                                    planes.normal[w], planes.normal[w], planes.velocity[w], planes.omega[w], planes.surface)
             more, large_more, too_large_more = barchan_wall_forces(
                 lists.wall_grain, planes.surface, place, motion, spin, bodies.material, lists.wall_material, rules.n_materials,
                 rules.table, slot, history, out, lists.changed, rooms.fresh_at_walls, n_pairs, wall_column, dt,

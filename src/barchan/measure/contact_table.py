@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from barchan.kernels.exact_sum import exact_sum
-from barchan.measure.touching import check_computed, check_listed
+from barchan.measure.touching import check_listed
 
 
 def contact_table(sim, all_ranks=True):
@@ -53,16 +52,3 @@ def contact_table(sim, all_ranks=True):
     joined = {name: np.concatenate([part[name] for part in parts]) for name in table}
     order = np.lexsort((joined["second"], joined["first"]))
     return {name: column[order] for name, column in joined.items()}
-
-
-def wall_force(sim, number):
-    """Force of the grains on a wall, three numbers [force]: an exact sum over all its contacts and ranks.
-
-    Raises:
-        SceneError: the contacts were not computed since the state was restored.
-    """
-    check_computed(sim)
-    contacts = sim.contacts
-    begin, end = contacts.wall_ranges[number]
-    forces = contacts.forces(slice(contacts.n_pairs + begin, contacts.n_pairs + end))
-    return np.array([-exact_sum(force, sim.comm) for force in forces])

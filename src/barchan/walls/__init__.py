@@ -1,5 +1,21 @@
-"""Walls: distance, normal and velocity at a contact. The laws of grains hold for walls too."""
+"""Walls: distance, normal and velocity at a contact; what moves them, and what grains do to them. The laws of grains hold for
+walls too."""
 
+from barchan.walls.control import Control, ForceControl, Massive, Path, Proportional, Servo, Vibration, between
+from barchan.walls.curved import Cone, Cylinder, Sphere
 from barchan.walls.plane import Plane
 
-__all__ = ["Plane"]
+__all__ = [
+    "Cone",
+    "Control",
+    "Cylinder",
+    "ForceControl",
+    "Massive",
+    "Path",
+    "Plane",
+    "Proportional",
+    "Servo",
+    "Sphere",
+    "Vibration",
+    "between",
+]

@@ -1,93 +1,56 @@
-"""A flat wall without end: geometry only, the laws do the rest."""
+"""A flat wall without end."""
 
-from math import sqrt
+from math import cos, sin, sqrt
 
 import numpy as np
 
-from barchan.domain import numbers
 from barchan.errors import SceneError
 from barchan.kernels.planes import measure_plane, near_plane
-from barchan.words import shown
-
-_DIMENSIONS = {"point": "length", "normal": "1", "velocity": "length/time"}
+from barchan.walls.wall import Direction, Wall
 
 
-def _three(name, value):
-    """Three finite numbers as a new array."""
-    array = numbers(f"plane: {name}", value, _DIMENSIONS[name])
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise SceneError(f"plane: {name} = {shown(value)} must be three finite numbers")
-    return array
-
-
-def _unit(vector):
-    largest = float(np.abs(vector).max())
-    if largest == 0.0:
-        raise SceneError("plane: normal = (0, 0, 0) has no direction; give the direction from the wall to the grains")
-    vector = vector / largest
-    return vector / np.sqrt((vector**2).sum())
-
-
-class _Vector:
-    """A vector of a plane. It is checked when it is set, and read-only otherwise, so that no change goes unnoticed."""
-
-    def __set_name__(self, owner, name):
-        self.name, self.store = name, f"_{name}"
-
-    def __get__(self, plane, owner=None):
-        if plane is None:
-            return self
-        view = getattr(plane, self.store).view()
-        view.flags.writeable = False
-        return view
-
-    def __set__(self, plane, value):
-        array = _three(self.name, value)
-        setattr(plane, self.store, _unit(array) if self.name == "normal" else array)
-        plane.edited = True
-
-
-class Plane:
+class Plane(Wall):
     """The half space behind a plane.
 
     Args:
-        point: any point of the plane [length].
+        point: any point of the plane [length]; it turns about this one.
         normal: direction from the wall towards the grains; any length.
         material: name of its material.
         velocity: of the wall [length/time]; constant until it is set anew.
+        omega: angular velocity about ``point`` [1/time]; the normal turns with it.
 
-    All four can be set between runs and by actions; ``edited`` tells the scene that one was.
+    All can be set between runs and by actions; ``Wall`` tells what can be read.
 
     Raises:
         SceneError: a value is not finite, or the normal has no length.
     """
 
-    __slots__ = ("_material", "_normal", "_point", "_velocity", "edited", "force", "key", "torque")
+    __slots__ = ("_corners", "_half", "_normal", "_slide")
 
-    kind = "plane"
-    point, normal, velocity = _Vector(), _Vector(), _Vector()
+    kind, parts = "plane", ("point", "normal", "half", "velocity", "slide", "omega")
+    normal = Direction("1")
 
-    def __init__(self, point, normal, material=0, velocity=(0.0, 0.0, 0.0)):
-        self.point, self.normal, self.velocity, self.material = point, normal, velocity, material
-        self.key, self.force, self.torque = 0, np.zeros(3), np.zeros(3)
+    def __init__(self, point, normal, material=0, velocity=(0.0, 0.0, 0.0), omega=(0.0, 0.0, 0.0)):
+        super().__init__(point, material, velocity, omega)
+        self.normal, self._corners = normal, np.zeros((8, 3))
+        self.settle()
 
     @property
-    def material(self):
-        """Name of its material; in a scene, its number."""
-        return self._material
-
-    @material.setter
-    def material(self, material):
-        self._material, self.edited = material, True
+    def is_steady(self):
+        """True if it only moves on as it does, so that compiled code can move it."""
+        return self._control is None and not self._omega.any()
 
     @property
     def speed(self):
-        """How fast it moves [length/time]."""
+        """Bound on how fast it approaches anything in the box [length/time]."""
         x, y, z = self._velocity.tolist()
-        return sqrt(x * x + y * y + z * z)
+        speed = sqrt(x * x + y * y + z * z)
+        if self._omega.any():
+            speed += float(np.sqrt((self._omega**2).sum()) * np.sqrt(((self._corners - self._point) ** 2).sum(axis=1)).max())
+        return speed
 
     def check(self, box, name):
-        """Refuse a plane that cuts a periodic direction.
+        """Refuse a plane that cuts a periodic direction, or turns into one.
 
         Raises:
             SceneError: naming the axis.
@@ -95,16 +58,47 @@ class Plane:
         for axis in range(3):
             if box.periodic[axis] and self._normal[axis] != 0.0:
                 raise SceneError(
-                    f"{name}: its normal {self.normal.tolist()} leans along {'xyz'[axis]}, where the box is periodic"
+                    f"{name}: its normal {self._normal.tolist()} leans along {'xyz'[axis]}, where the box is periodic"
                 )
+            if box.periodic[axis] and np.cross(self._omega, self._normal)[axis] != 0.0:
+                raise SceneError(
+                    f"{name}: it turns with omega = {self._omega.tolist()} towards {'xyz'[axis]}, where the box is periodic"
+                )
+        self._corners = np.stack(np.meshgrid(*zip(box.low, box.high), indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def settle(self):
+        """Start from parameters that were set anew."""
+        self._slide, self._half = self._velocity - (self._velocity @ self._normal) * self._normal, self._normal
+
+    def push(self, speed):
+        """Move towards the grains with ``speed`` from now on, and along itself as before."""
+        self._velocity = self._slide + speed * self._normal
 
     def move(self, dt):
         """Take the wall to the next step."""
         self._point = self._point + dt * self._velocity
+        self._half = self._normal
+        if self._omega.any():
+            self._half, self._normal = (_turned(self._normal, self._omega * time) for time in (0.5 * dt, dt))
 
     def move_to(self, point):
-        """The same, where it was computed elsewhere."""
+        """The same for a steady one, where it was computed elsewhere."""
         self._point = point.copy()
+
+    @property
+    def place(self):
+        """Where it is, for ``travel``."""
+        return self._point.copy(), self._normal
+
+    def travel(self, then):
+        """How far it has come since ``place`` was ``then``: along x, -x, y, -y, z, -z, and the largest [length]."""
+        point, normal = then
+        if normal is self._normal or (normal == self._normal).all():
+            way = self._point - point
+            return np.stack([way, -way], axis=1).ravel(), sqrt(float((way**2).sum()))
+        change = (self._corners - self._point) @ self._normal - (self._corners - point) @ normal
+        farthest = float(np.abs(change).max())
+        return np.full(6, farthest), farthest
 
     def candidates(self, grains, skin):
         """Owned rows that may touch the wall before the next rebuild, ascending."""
@@ -112,29 +106,17 @@ class Plane:
         state = (grains.block("place"), grains.block("frozen"), self._point, self._normal)
         return found[: near_plane(*state, skin, found)]
 
-    def measure(self, contacts, grains, begin, end):
-        """Fill the surface rows of its contacts ``begin`` to ``end``."""
-        measure_plane(
-            contacts.wall_grain, grains.block("place"), begin, end, self._point, self._normal, self._velocity, contacts.surface
-        )
+    def measure(self, contacts, grains, dt, begin, end):
+        """Fill the surface rows of its contacts ``begin`` to ``end``, for a step of ``dt``."""
+        shape = (self._point, self._normal, self._half, self._velocity, self._omega)
+        measure_plane(contacts.wall_grain, grains.block("place"), begin, end, *shape, contacts.surface)
 
-    def state(self):
-        """What a checkpoint keeps, as plain numbers."""
-        return {
-            "kind": self.kind,
-            "material": int(self.material),
-            "point": self.point.tolist(),
-            "normal": self.normal.tolist(),
-            "velocity": self.velocity.tolist(),
-            "force": self.force.tolist(),
-            "key": self.key,
-        }
 
-    def restore(self, state):
-        """Take up what ``state`` returned, to the bit.
-
-        Raises:
-            SceneError: a vector is not three finite numbers.
-        """
-        self._point, self._normal, self._velocity = (_three(name, state[name]) for name in ("point", "normal", "velocity"))
-        self.force = np.array(state["force"])
+def _turned(vector, rotation):
+    """A unit vector turned by a rotation vector (Rodrigues' formula), of length 1 again."""
+    angle = sqrt(float(rotation @ rotation))
+    if angle == 0.0:
+        return vector
+    axis = rotation / angle
+    turned = cos(angle) * vector + sin(angle) * np.cross(axis, vector) + (1.0 - cos(angle)) * (axis @ vector) * axis
+    return turned / sqrt(float(turned @ turned))

@@ -1,0 +1,235 @@
+"""What sets the velocity of a wall in every step: a path in time, or what grains do to the wall.
+
+A control may be given to any number of walls, but one with a memory (``Massive``, ``Servo``) to one only. Functions of the
+simulation are called on all ranks and must return the same on all.
+"""
+
+from math import copysign, inf, isfinite
+
+import numpy as np
+
+from barchan.errors import SceneError
+from barchan.kernels.provenance import source_hash
+from barchan.walls.wall import three
+from barchan.words import shown
+
+
+def _number(what, value, dimension, least=None):
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = float("nan")
+    if not isfinite(number) or (least is not None and number <= least):
+        bound = "" if least is None else f" > {least:g}"
+        raise SceneError(f"{what} = {shown(value)} [{dimension}] must be a finite number{bound}")
+    return number
+
+
+class Control:
+    """The base of controls. One of your own derives from it and has ``steer``; what it remembers stands in ``memory``."""
+
+    #: Names of attributes that a checkpoint keeps, each a number.
+    memory = ()
+
+    def steer(self, wall, sim):
+        """Set the velocity of ``wall`` from step n to n+1, with ``wall.push(speed)`` or its ``drive``; loads are those of n."""
+        raise NotImplementedError
+
+    def state(self):
+        """What a checkpoint keeps: a change of a function is noticed by the hash of its source."""
+        given = {name: value for name, value in sorted(vars(self).items()) if name not in self.memory and value is not None}
+        told = {name: source_hash(value) if callable(value) else np.array(value).tolist() for name, value in given.items()}
+        return {"kind": type(self).__name__, "given": told, **{name: float(getattr(self, name)) for name in self.memory}}
+
+    def restore(self, state):
+        """Take up what ``state`` returned."""
+        for name in self.memory:
+            setattr(self, name, float(state[name]))
+
+
+class Path(Control):
+    """The wall follows a function of time: where it is in each step is where the function says, but for rounding.
+
+    Args:
+        offset: function of time [time] that returns a displacement, three numbers [length]; only its changes matter.
+
+    Raises:
+        SceneError: it is no function.
+    """
+
+    def __init__(self, offset):
+        if not callable(offset):
+            raise SceneError(f"Path: offset = {shown(offset)} must be a function of time that returns three numbers [length]")
+        self.offset = offset
+
+    def steer(self, wall, sim):
+        """Go where the function says that the wall is in the next step."""
+        here, there = (three("Path: offset", self.offset(time), "length") for time in (sim.time, sim.time + sim.dt))
+        wall.drive((there - here) / sim.dt)
+
+
+class Vibration(Path):
+    """The wall vibrates: its displacement is amplitude sin(2 pi frequency t).
+
+    Args:
+        amplitude: three numbers [length].
+        frequency: [1/time], not negative.
+
+    Raises:
+        SceneError: a value is not finite.
+    """
+
+    def __init__(self, amplitude, frequency):
+        amplitude = three("Vibration: amplitude", amplitude, "length")
+        if _number("Vibration: frequency", frequency, "1/time") < 0.0:
+            raise SceneError(f"Vibration: frequency = {frequency!r} [1/time] must not be negative")
+        self.amplitude, self.frequency = amplitude, float(frequency)
+
+    def offset(self, time):
+        """Displacement at ``time`` [length]."""
+        return self.amplitude * np.sin(2.0 * np.pi * self.frequency * time)
+
+
+class ForceControl(Control):
+    """The base of controls that let grains press on the wall with a wanted force, constant or a function of the simulation.
+
+    Args:
+        force: number, or function of the simulation, positive when grains press on the wall [force].
+        stress: the same of the stress on the wall [force/length^2]; it needs ``area``.
+        area: number, or function of the simulation, such as ``between(left, right, front, back)`` [length^2].
+        max_speed: the wall is never faster [length/time].
+
+    Raises:
+        SceneError: neither or both of force and stress are given, stress without area, or a speed that is not positive.
+    """
+
+    def __init__(self, force=None, stress=None, area=None, max_speed=inf):
+        if (force is None) == (stress is None) or (stress is None) != (area is None):
+            raise SceneError(
+                f"{type(self).__name__} needs a target: either force [force], or stress [force/length^2] and area [length^2]"
+            )
+        self.force, self.stress, self.area = force, stress, area
+        self.max_speed = inf if max_speed == inf else _number(f"{type(self).__name__}: max_speed", max_speed, "length/time", 0.0)
+
+    def target(self, sim):
+        """The wanted force at the present time [force].
+
+        Raises:
+            SceneError: a function returned something else than a finite number.
+        """
+        if self.stress is None:
+            return self._value("force", self.force, "force", sim)
+        area = self._value("area", self.area, "length^2", sim)
+        return self._value("stress", self.stress, "force/length^2", sim) * area
+
+    def _value(self, name, given, dimension, sim):
+        what = f"{type(self).__name__}, t = {sim.time:g}: {name}"
+        return _number(what, given(sim) if callable(given) else given, dimension)
+
+    def steer(self, wall, sim):
+        """Push the wall with the speed that the control finds, within its limit."""
+        speed = self.speed(wall, self.target(sim) - wall.pressing, sim.dt)
+        wall.push(min(max(speed, -self.max_speed), self.max_speed))
+
+    def speed(self, wall, error, dt):
+        """Speed towards the grains for the next step [length/time].
+
+        Args:
+            error: how much more than now grains shall press on the wall [force].
+        """
+        raise NotImplementedError
+
+
+class Proportional(ForceControl):
+    """v = G (F_target - F_actual), the controller of Marketos et al. (2013). The right gain is yours to find: above
+    2 / (K dt), with K the stiffness of all contacts that the wall touches, it is unstable; a low one lags behind.
+
+    Args:
+        gain: G [length/time/force].
+        target: ``force``, or ``stress`` and ``area``, and ``max_speed`` of a ``ForceControl``.
+    """
+
+    def __init__(self, gain, **target):
+        super().__init__(**target)
+        self.gain = _number("Proportional: gain", gain, "length/(time force)", 0.0)
+
+    def speed(self, wall, error, dt):
+        """G times the error."""
+        return self.gain * error
+
+
+class Servo(ForceControl):
+    """A controller that finds its own gain: v = v_0 + G (F_target - F_actual) with G = ``SHARE`` / (K dt), where K is the sum of
+    normal force over overlap of all contacts that the wall touches; v_0 is the mean of v over the last ``MEMORY`` steps, so that
+    a target that grows steadily is followed without a lag. Where nothing touches the wall it moves with ``max_speed``.
+
+    The product G K dt says by how much a step corrects the force of the contacts touched. Up to 2 that is stable; a fifth is
+    about where the wall takes up waves like more grains would (their impedance is sqrt(K m), and dt a fifth of sqrt(m / K)).
+
+    Args:
+        max_speed: the wall is never faster [length/time]; it meets grains with this speed.
+        target: ``force``, or ``stress`` and ``area``, of a ``ForceControl``.
+    """
+
+    SHARE, MEMORY = 0.2, 1000
+    memory = ("steady",)
+
+    def __init__(self, max_speed, **target):
+        super().__init__(max_speed=max_speed, **target)
+        self.steady = 0.0
+
+    def speed(self, wall, error, dt):
+        """From the error, the stiffness that it touches, and the speed of late."""
+        stiffness = wall.load.stiffness
+        if stiffness == 0.0:
+            self.steady = 0.0
+            return copysign(self.max_speed, error)
+        correction = self.SHARE / (stiffness * dt) * error
+        speed = self.steady + correction
+        if abs(speed) < self.max_speed:
+            self.steady += correction / self.MEMORY
+        return speed
+
+
+class Massive(ForceControl):
+    """A wall with mass, pushed by the target force, slowed by damping, held by the grains: m dv/dt = F_target - F_actual - c v.
+
+    Args:
+        mass: m [mass].
+        damping: c [force time/length], not negative.
+        target: ``force``, or ``stress`` and ``area``, and ``max_speed`` of a ``ForceControl``.
+    """
+
+    memory = ("moving",)
+
+    def __init__(self, mass, damping=0.0, **target):
+        super().__init__(**target)
+        self.mass, self.damping = _number("Massive: mass", mass, "mass", 0.0), _number("Massive: damping", damping, "mass/time")
+        self.moving = 0.0
+
+    def speed(self, wall, error, dt):
+        """Leap-frog, with the damping taken at the middle of the step, where it is stable for any c."""
+        drag = 0.5 * dt * self.damping / self.mass
+        self.moving = ((1.0 - drag) * self.moving + dt * error / self.mass) / (1.0 + drag)
+        self.moving = min(max(self.moving, -self.max_speed), self.max_speed)
+        return self.moving
+
+
+def between(first, second, third=None, fourth=None):
+    """Area between two pairs of opposite planes, or, of one pair, their distance: for a ``ForceControl`` [length^2 or length].
+
+    Args:
+        first, second: planes that face each other.
+        third, fourth: two more, across the first two.
+
+    Returns:
+        A function of the simulation.
+    """
+
+    def gap(one, other):
+        return abs(float((other.point - one.point) @ one.normal))
+
+    def area(sim):
+        return gap(first, second) * (1.0 if third is None else gap(third, fourth))
+
+    return area
