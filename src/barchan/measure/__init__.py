@@ -2,9 +2,35 @@
 
 from barchan.measure.contact_statistics import ContactStatistics
 from barchan.measure.contact_table import contact_table
+from barchan.measure.coordination import Coordination, coordination
 from barchan.measure.energy import EnergyBudget, KineticEnergy
+from barchan.measure.fabric import Fabric, fabric
 from barchan.measure.front import Front
+from barchan.measure.inertial_number import inertial_number
 from barchan.measure.jet import Jet
 from barchan.measure.profile import Profile
+from barchan.measure.sliding import sliding_fraction
+from barchan.measure.solid_fraction import solid_fraction, void_ratio
+from barchan.measure.stress import Stress, stress
+from barchan.measure.unbalanced_force import unbalanced_force
 
-__all__ = ["ContactStatistics", "EnergyBudget", "Front", "Jet", "KineticEnergy", "Profile", "contact_table"]
+__all__ = [
+    "ContactStatistics",
+    "Coordination",
+    "EnergyBudget",
+    "Fabric",
+    "Front",
+    "Jet",
+    "KineticEnergy",
+    "Profile",
+    "Stress",
+    "contact_table",
+    "coordination",
+    "fabric",
+    "inertial_number",
+    "sliding_fraction",
+    "solid_fraction",
+    "stress",
+    "unbalanced_force",
+    "void_ratio",
+]

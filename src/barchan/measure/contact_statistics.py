@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from barchan.measure.base import Result, flowing_rows
+from barchan.measure.base import Result
+from barchan.measure.coordination import coordination
 from barchan.measure.sums import exact_sums
 from barchan.measure.touching import check_contacts, touching_pairs, touching_walls
 
@@ -27,17 +28,15 @@ class ContactStatistics:
             SceneError: grains or walls were changed since the last run.
         """
         check_contacts(sim)
-        radius, frozen = sim.grains.view("radius", True), sim.grains.view("frozen", True)
+        radius = sim.grains.view("radius", True)
         at_walls = touching_walls(sim)
         relative, forces = [at_walls.overlap / (2.0 * radius[at_walls.grain])], [at_walls.normal_force]
-        sides = len(at_walls.grain)  # of contacts, with a moving grain on them
         for pairs in touching_pairs(sim):
             relative.append(pairs.overlap / (2.0 * np.minimum(radius[pairs.first], radius[pairs.second])))
             forces.append(pairs.normal_force)
-            sides += int((frozen[pairs.first] == 0).sum() + (frozen[pairs.second] == 0).sum())
         relative, forces = np.concatenate(relative), np.concatenate(forces)
-        self.count, sides, moving = sim.comm.sum([len(forces), sides, len(flowing_rows(sim))]).tolist()
-        self.coordination = sides / moving if moving else 0.0
+        self.count = int(sim.comm.sum([len(forces)])[0])
+        self.coordination = coordination(sim).plain
         self.largest_overlap = float(sim.comm.maximum([relative.max(initial=0.0)])[0])
         self.mean_normal_force = float(exact_sums((forces,), sim.comm)[0, 0]) / max(self.count, 1)
         return self

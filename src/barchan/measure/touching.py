@@ -11,21 +11,27 @@ BATCH = 16_384
 
 
 class Pairs(NamedTuple):
-    """Pairs of grains that touch, (k,) each: rows, overlap [length], normal force, positive when it parts them [force]."""
+    """Pairs of grains that touch, (k,) each: rows, overlap [length], normal force, positive when it parts them [force]; and
+    (3, k) each: branch from the centre of the second to that of the first [length], force on the first [force]."""
 
     first: np.ndarray
     second: np.ndarray
     overlap: np.ndarray
     normal_force: np.ndarray
+    branch: np.ndarray
+    force: np.ndarray
 
 
 class AtWalls(NamedTuple):
-    """Grains that touch walls, (k,) each: number of the contact, row, and the rest as in ``Pairs``."""
+    """Grains that touch walls, (k,) each: number of the contact, row, and the rest as in ``Pairs``; the branch comes from the
+    contact point, the foot of the centre on the wall."""
 
     contact: np.ndarray
     grain: np.ndarray
     overlap: np.ndarray
     normal_force: np.ndarray
+    branch: np.ndarray
+    force: np.ndarray
 
 
 def check_contacts(sim):
@@ -75,11 +81,12 @@ def touching_pairs(sim):
         first, second = contacts.first[some], contacts.second[some]
         one, other = np.take(place, first, axis=0), np.take(place, second, axis=0)
         branch = sim.box.difference(one[:, :3], other[:, :3]).T
-        distance = np.sqrt(_dot(branch, branch))
+        distance = np.sqrt(dot(branch, branch))
         overlap = one[:, 3] + other[:, 3] - distance
         found = np.flatnonzero((contacts.slot[some] > 0) & (first < sim.grains.n))
-        force = _dot(contacts.forces(some), branch) / distance
-        yield Pairs(first[found], second[found], overlap[found], force[found])
+        force = contacts.forces(some)
+        normal_force = dot(force, branch) / distance
+        yield Pairs(first[found], second[found], overlap[found], normal_force[found], branch[:, found], force[:, found])
 
 
 def touching_walls(sim):
@@ -88,10 +95,11 @@ def touching_walls(sim):
     overlap = sim.grains.view("radius")[contacts.wall_grain] - contacts.surface[0]
     walls = slice(contacts.n_pairs, None)
     found = np.flatnonzero(contacts.slot[walls] > 0)
-    force = _dot(contacts.forces(walls), contacts.surface[1:4])
-    return AtWalls(found, contacts.wall_grain[found], overlap[found], force[found])
+    force, normal = contacts.forces(walls)[:, found], contacts.surface[1:4, found]
+    branch = normal * contacts.surface[0, found]
+    return AtWalls(found, contacts.wall_grain[found], overlap[found], dot(force, normal), branch, force)
 
 
-def _dot(a, b):
+def dot(a, b):
     """Scalar products of vectors (3, k), added in a fixed order."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

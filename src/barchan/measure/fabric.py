@@ -1,0 +1,44 @@
+"""Which way contacts point."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.measure.stress import deviatoric
+from barchan.measure.sums import exact_sums
+from barchan.measure.touching import check_contacts, touching_pairs
+
+
+class Fabric(NamedTuple):
+    """``tensor``: (3, 3) mean of n_i n_j over contacts, of trace 1; zeros without contacts."""
+
+    tensor: np.ndarray
+
+    @property
+    def deviator(self):
+        """The tensor less a third of its trace on the diagonal, (3, 3): zeros for contacts that point all ways alike."""
+        return self.tensor - np.trace(self.tensor) / 3.0 * np.eye(3)
+
+    @property
+    def anisotropy(self):
+        """sqrt(3/2 F':F') with the deviator F': the difference of the axial and the radial value where the fabric has an axis."""
+        return deviatoric(self.tensor)
+
+
+def fabric(sim):
+    """Fabric tensor of the contacts of grains with grains, n the unit vector between centres; walls do not count.
+
+    Source: Satake 1982, the tensor of the second rank.
+
+    Returns:
+        ``Fabric``, the same bits for any number of ranks and threads.
+
+    Raises:
+        SceneError: grains or walls were changed since the last run.
+    """
+    check_contacts(sim)
+    found = [pairs.branch / np.sqrt((pairs.branch * pairs.branch).sum(axis=0)) for pairs in touching_pairs(sim)]
+    normal = np.concatenate([np.zeros((3, 0)), *found], axis=1)
+    products = [normal[i] * normal[j] for i in range(3) for j in range(3)]
+    *sums, count = exact_sums([*products, np.ones(normal.shape[1])], sim.comm)[:, 0]
+    return Fabric(np.reshape(sums, (3, 3)) / max(count, 1.0))

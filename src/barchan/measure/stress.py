@@ -1,0 +1,88 @@
+"""The stress that grains carry, by contacts and by motion."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.measure.base import flowing_rows, full_step
+from barchan.measure.branches import branches
+from barchan.measure.brick import Brick
+from barchan.measure.sums import exact_sums
+from barchan.measure.touching import check_contacts
+
+
+class Stress(NamedTuple):
+    """Mean stress of a part of space, compression positive; [i, j]: force along i through a face across j.
+
+    ``contact``: (3, 3) of Love and Weber [force/length^2]. ``kinetic``: (3, 3) of the fluctuating motion [force/length^2].
+    """
+
+    contact: np.ndarray
+    kinetic: np.ndarray
+
+    @property
+    def total(self):
+        """Sum of both, (3, 3) [force/length^2]."""
+        return self.contact + self.kinetic
+
+    @property
+    def mean_stress(self):
+        """p, a third of the trace of the total stress [force/length^2]."""
+        return float(np.trace(self.total)) / 3.0
+
+    @property
+    def deviatoric_stress(self):
+        """q = sqrt(3/2 s:s) with the symmetric deviator s; the difference of axial and radial stress in a triaxial test
+        [force/length^2]."""
+        return deviatoric(self.total)
+
+
+def stress(sim, low=None, high=None):
+    """Stress in a brick: 1/V (sum of f_i l_j over contacts + sum of m v'_i v'_j over grains).
+
+    f is the force on a grain and l the branch to its centre: from the centre of the other grain, or, at walls and frozen
+    grains, which are the boundary of the sample, from the contact point. A contact counts with the part of its branch that lies
+    in the brick, a grain when its centre does. v' is the velocity at the full step less the mean velocity, by mass, of the
+    grains in the brick; frozen grains do not move. Gravity and acceleration make the contact stress vary over the brick; this
+    is its mean. Source: Love 1927, Weber 1966; the part of the branch: Lutsko, J. Appl. Phys. 64, 1152 (1988).
+
+    Args:
+        low, high: corners of the brick [length]; default: those of the box. The volume is that of the brick, so leave out what
+            is empty or behind a wall.
+
+    Returns:
+        ``Stress``, the same bits for any number of ranks and threads.
+
+    Raises:
+        SceneError: the brick is no brick in the box, or grains or walls were changed since the last run.
+    """
+    check_contacts(sim)
+    brick = Brick(sim.box, low, high)
+    contact = _contact_sum(sim, brick) / brick.volume
+    return Stress(contact, _kinetic_sum(sim, brick) / brick.volume)
+
+
+def deviatoric(tensor):
+    """sqrt(3/2 s:s) with the symmetric deviator s of a (3, 3) tensor."""
+    s = 0.5 * (tensor + tensor.T) - np.trace(tensor) / 3.0 * np.eye(3)
+    return float(np.sqrt(1.5 * (s * s).sum()))
+
+
+def _contact_sum(sim, brick):
+    """Sum of f_i l_j of the branches, cut at the faces of the brick, (3, 3) [force length]."""
+    start, branch, force = branches(sim)
+    inside = brick.part_of(start, branch) * branch
+    return exact_sums([force[i] * inside[j] for i in range(3) for j in range(3)], sim.comm).reshape(3, 3)
+
+
+def _kinetic_sum(sim, brick):
+    """Sum of m v'_i v'_j of the grains in the brick, (3, 3) [force length]."""
+    rows = flowing_rows(sim)
+    rows = rows[brick.holds(sim.grains.view("position")[rows])]
+    mass, velocity = sim.grains.view("mass")[rows], full_step(sim, rows)[0].T
+    total, *momentum = exact_sums([mass, *(mass * velocity)], sim.comm)[:, 0]
+    if total == 0.0:
+        return np.zeros((3, 3))
+    fluctuation = velocity - (np.array(momentum) / total)[:, None]
+    products = [mass * fluctuation[i] * fluctuation[j] for i in range(3) for j in range(3)]
+    return exact_sums(products, sim.comm).reshape(3, 3)
