@@ -1,5 +1,6 @@
 """Measures: they read the state and change nothing."""
 
+from barchan.measure.coarse_grain import CoarseFields, coarse_grain
 from barchan.measure.contact_statistics import ContactStatistics
 from barchan.measure.contact_table import contact_table
 from barchan.measure.coordination import Coordination, coordination
@@ -15,6 +16,7 @@ from barchan.measure.stress import Stress, stress
 from barchan.measure.unbalanced_force import unbalanced_force
 
 __all__ = [
+    "CoarseFields",
     "ContactStatistics",
     "Coordination",
     "EnergyBudget",
@@ -24,6 +26,7 @@ __all__ = [
     "KineticEnergy",
     "Profile",
     "Stress",
+    "coarse_grain",
     "contact_table",
     "coordination",
     "fabric",

@@ -7,7 +7,7 @@ from barchan.errors import SceneError
 
 
 def inertial_number(shear_rate, pressure, diameter, density):
-    """I = |shear rate| d sqrt(rho / p): the time in which pressure moves a grain by its diameter, over that of the shear.
+    """I = shear rate times d sqrt(rho / p): the time in which pressure moves a grain by its diameter, over that of the shear.
 
     Numbers, or arrays that go together. Below about 1e-3 flow is quasi-static. Source: GDR MiDi, Eur. Phys. J. E 14, 341 (2004).
 

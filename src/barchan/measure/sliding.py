@@ -10,7 +10,7 @@ _ROUNDING = 1e-9
 
 
 def sliding_fraction(sim):
-    """Part of the contacts, with grains and with walls, whose tangential force is at Coulomb's limit, |F_t| = mu |F_n|.
+    """Part of the contacts, with grains and with walls, whose tangential force is at Coulomb's limit, mu times the normal force.
 
     mu is the law's parameter ``friction`` of the pair of materials. Contacts without any friction always slide, those without
     normal force never. 0.0 without contacts.
