@@ -12,8 +12,8 @@ from barchan.measure.touching import check_contacts, dot, touching_pairs, touchi
 def unbalanced_force(sim):
     """Mean resultant force of the grains that are not frozen over mean force of the contacts, with grains and with walls.
 
-    Both are means of magnitudes. The resultant is that of the next kick, with contacts, gravity and all. It tends to 0 as the sample comes to rest; infinite
-    without forces in contacts.
+    Both are means of magnitudes. The resultant is that of the next kick, with contacts, gravity and all. It tends to 0 as the
+    sample comes to rest; infinite without forces in contacts.
 
     Raises:
         SceneError: grains or walls were changed since the last run.
