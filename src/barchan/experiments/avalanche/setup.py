@@ -6,6 +6,7 @@ import numpy as np
 
 from barchan import laws
 from barchan.actions import Outlet
+from barchan.chance import uniform
 from barchan.domain import Box
 from barchan.experiments.avalanche.parameters import Outline
 from barchan.experiments.experiment import Stage
@@ -22,9 +23,6 @@ FLOWING, FIXED, RIGHT_WALL = 0, 1, 2
 
 #: Steps between looks for grains that leave through an outlet.
 OUTLET_STEPS = 50
-
-#: Random numbers that are drawn together: of a lattice in slices each rank needs most of them.
-AT_A_TIME = 4096
 
 
 def box_of(scene):
@@ -88,12 +86,8 @@ def _blocks(outline):
 
 def _radii(scene, numbers):
     """Uniform radii from a counter-based generator keyed by the grain's number: the same for any order or rank."""
-    grain, uniform = scene.simulated, np.empty(len(numbers))
-    for block in np.unique(numbers // AT_A_TIME).tolist():
-        begin, end = np.searchsorted(numbers, [block * AT_A_TIME, (block + 1) * AT_A_TIME])
-        words = np.random.Philox(key=scene.seed, counter=0).advance(block * AT_A_TIME // 4)  # it counts four numbers at once
-        uniform[begin:end] = np.random.Generator(words).random(AT_A_TIME)[numbers[begin:end] - block * AT_A_TIME]
-    return grain.radius_min + (grain.radius_max - grain.radius_min) * uniform
+    grain = scene.simulated
+    return grain.radius_min + (grain.radius_max - grain.radius_min) * uniform(scene.seed, numbers)
 
 
 def stages(scene):
