@@ -1,7 +1,7 @@
 """barchan: granular flow and bonded grains, from a laptop to a cluster."""
 
 from barchan import laws
-from barchan.actions import Outlet
+from barchan.actions import Feed, Inlet, Outlet
 from barchan.domain import Box
 from barchan.errors import BarchanError
 from barchan.laws import Law, Property, law
@@ -20,6 +20,8 @@ __all__ = [
     "Cone",
     "Cylinder",
     "Every",
+    "Feed",
+    "Inlet",
     "Law",
     "Material",
     "Outlet",

@@ -327,6 +327,7 @@ class Simulation(Assembly):
             self._take_up_edits()
             if not self._listed:
                 raise_together(self.comm, preflight.fault(self))
+                self._take_up_sizes()
                 preflight.check_box(self, self._cutoff())
 
     def _write(self):
@@ -374,12 +375,16 @@ class Simulation(Assembly):
         self._table = table
         if self._loops is None:
             self._loops = make_loops(self.law, len(self.materials) == 1)
+        self._take_up_sizes()
+
+    def _take_up_sizes(self):
+        """The skin that suits the grains there are now, and whether the time step does."""
         skin = self.skin if self.skin is not None else DEFAULT_SKIN * 2.0 * self._largest_radius()
         if skin != self._list_skin:
             self._take_down_list()
             self._list_skin = skin
         if self.check_dt and not (self._primed and self._checked_dt == self.dt):
-            stable = preflight.stable_time_step(self.law, table, self.grains, len(self.materials))
+            stable = preflight.stable_time_step(self.law, self._table, self.grains, len(self.materials))
             self.stable_dt = -float(self.comm.maximum([-stable])[0])
             preflight.check_time_step(self, self.stable_dt)
             self._checked_dt = self.dt

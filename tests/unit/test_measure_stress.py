@@ -9,7 +9,7 @@ from scenes import NOTHING, SOFT, pile, simulation
 import barchan as bc
 from barchan.errors import SceneError
 from barchan.kernels import compiler
-from barchan.measure import contact_table, solid_fraction, stress, void_ratio, wall_force
+from barchan.measure import contact_table, solid_fraction, stress, void_ratio
 from barchan.measure.brick import Brick
 from barchan.measure.sphere_cuts import bar_volume, brick_volume, corner_of_three, corner_volume
 from barchan.parallel import virtual_ranks
@@ -111,7 +111,7 @@ def test_a_column_at_rest_bears_its_weight(frozen):
     at_floor = stress(sim, (0, 0, 0.0), (2, 2, 0.25)).contact
     assert at_floor == pytest.approx(np.diag([0, 0, weight / 4.0]), rel=1e-9, abs=1e-9)
     if not frozen:
-        assert at_floor[2, 2] == pytest.approx(-wall_force(sim, 0)[2] / 4.0, rel=1e-12)
+        assert at_floor[2, 2] == pytest.approx(-sim.walls[0].force[2] / 4.0, rel=1e-12)
     z = np.sort(sim.grains.position[:, 2])[-3:]
     contact_point = -0.5 * weight / 1000.0 if frozen else 0.0  # in the middle of the overlap, or on the wall
     assert stress(sim).contact[2, 2] == pytest.approx(weight * (z - contact_point).mean() / 32.0, rel=1e-9)

@@ -1,5 +1,7 @@
-"""Actions: what changes the scene while it runs, each on a trigger."""
+"""Actions: what changes the scene while it runs, each on a trigger; and what they do, as functions."""
 
+from barchan.actions.inlet import Feed, Inlet
 from barchan.actions.outlet import Outlet
+from barchan.actions.remove import Removed, remove_where
 
-__all__ = ["Outlet"]
+__all__ = ["Feed", "Inlet", "Outlet", "Removed", "remove_where"]

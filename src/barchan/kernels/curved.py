@@ -128,3 +128,19 @@ def near_cone(place, frozen, point, axis, shape, skin, found):
         found[count] = i
         count += (distance < place[i, 3] + skin) & (frozen[i] == 0)
     return count
+
+
+@kernel(parallel=True)
+def distances_round(points, point, axis, shape, found):
+    """Write the distances of points (k, 3) from a cylinder or sphere into ``found`` (k,)."""
+    for i in prange(points.shape[0]):
+        dx, dy, dz = points[i, 0] - point[0], points[i, 1] - point[1], points[i, 2] - point[2]
+        found[i], _, _, _ = from_round(dx, dy, dz, axis[0], axis[1], axis[2], shape[2], shape[0], shape[1])
+
+
+@kernel(parallel=True)
+def distances_cone(points, point, axis, shape, found):
+    """The same from the shell of a cone."""
+    for i in prange(points.shape[0]):
+        dx, dy, dz = points[i, 0] - point[0], points[i, 1] - point[1], points[i, 2] - point[2]
+        found[i], _, _, _, _, _ = from_cone(dx, dy, dz, axis[0], axis[1], axis[2], shape[0], shape[1], shape[2])

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from barchan.errors import SceneError
-from barchan.kernels.curved import measure_cone, measure_round, near_cone, near_round
+from barchan.kernels.curved import distances_cone, distances_round, measure_cone, measure_round, near_cone, near_round
 from barchan.walls.wall import Direction, Number, Wall
 from barchan.words import shown
 
@@ -14,7 +14,7 @@ class _Curved(Wall):
     """The base of round walls: they turn about their own axis, so that they stay where they are."""
 
     __slots__ = ()
-    _near, _measure = None, None
+    _near = _measure = _far = None
 
     def check(self, box, name):
         """Refuse a wall that cuts a periodic direction, or leaves its own shape by turning.
@@ -44,6 +44,12 @@ class _Curved(Wall):
         way, growth = self._point - point, abs(self._shape()[0] - radius)
         return np.stack([way, -way], axis=1).ravel() + growth, sqrt(float((way**2).sum())) + growth
 
+    def distance(self, position):
+        """Distance of points (k, 3) from the wall [length], (k,): negative behind it, where it has a back."""
+        found = np.empty(len(position))
+        type(self)._far(np.ascontiguousarray(position, dtype=np.float64), self._point, self._directed(), self._shape(), found)
+        return found
+
     def candidates(self, grains, skin):
         """Owned rows that may touch the wall before the next rebuild, ascending."""
         found = np.empty(grains.n + 1, dtype=np.uint32)
@@ -70,7 +76,7 @@ class _Growing(_Curved):
     """A round wall whose radius may grow and shrink, and which grains touch from one side."""
 
     __slots__ = ("_radial_velocity", "_radius", "inside")
-    _near, _measure = near_round, measure_round
+    _near, _measure, _far = near_round, measure_round, distances_round
     radius, radial_velocity = Number("length", 0.0, above=True), Number("length/time")
 
     def _begin(self, radius, inside, radial_velocity):
@@ -172,7 +178,7 @@ class Cone(_Curved):
 
     __slots__ = ("_axis", "_length", "_radius_high", "_radius_low")
     kind, parts = "cone", ("point", "axis", "radius_low", "radius_high", "length", "velocity", "omega")
-    _near, _measure = near_cone, measure_cone
+    _near, _measure, _far = near_cone, measure_cone, distances_cone
     axis, length = Direction("1"), Number("length", 0.0)
     radius_low, radius_high = Number("length", 0.0), Number("length", 0.0)
 

@@ -50,7 +50,7 @@ class Loads:
         return self._known[-1 - wall.key]
 
     def keep(self):
-        """Sum them now, if forces are those of the present state: the list of contacts will be put away. All ranks must call it."""
+        """Sum them now, if forces are those of the present state: the list of contacts may be put away. All ranks must call."""
         sim = self._sim
         if not sim.is_primed:
             self._known = None

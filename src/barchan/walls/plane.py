@@ -100,6 +100,11 @@ class Plane(Wall):
         farthest = float(np.abs(change).max())
         return np.full(6, farthest), farthest
 
+    def distance(self, position):
+        """Distance of points (k, 3) from the wall [length], (k,): negative behind it."""
+        away = (position - self._point) * self._normal
+        return away[:, 0] + away[:, 1] + away[:, 2]  # in one order, however many points there are
+
     def candidates(self, grains, skin):
         """Owned rows that may touch the wall before the next rebuild, ascending."""
         found = np.empty(grains.n + 1, dtype=np.uint32)
