@@ -25,6 +25,10 @@ class CheckpointError(SceneError):
     """A checkpoint cannot be read, is damaged, or belongs to another scene."""
 
 
+class PackingError(SceneError):
+    """A file of grains is missing, damaged, or of no form that can be read."""
+
+
 class ResultError(SceneError):
     """A file of results (a frame, a table) is missing, damaged, or was not written by barchan."""
 
