@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import barchan
-from barchan import actions, laws, measure, testing, writers
+from barchan import actions, laws, measure, packing, testing, writers
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -94,7 +94,7 @@ def test_the_site_builds_without_a_warning_and_tells_of_everything_public(tmp_pa
     for page in PAGES[1:]:
         assert (site / page.relative_to(ROOT / "docs")).with_suffix(".html").is_file()
     interface = "".join(path.read_text() for path in (site / "reference" / "python").glob("*.html"))
-    for module in (barchan, laws, actions, measure, writers):
+    for module in (barchan, laws, actions, measure, packing, writers):
         for name in module.__all__:
             thing = getattr(module, name)
             if inspect.isclass(thing) or inspect.isfunction(thing):
