@@ -66,7 +66,7 @@ class Simulation(Assembly):
         self.touching, self.faults = 0, Faults()
         self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
         self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
-        self._loops = self._table = self._checked_dt = self._list_skin = self.stable_dt = None
+        self.loops = self.table = self._checked_dt = self._list_skin = self.stable_dt = None
         self._computed = 0.0
         self._complete = True
 
@@ -98,7 +98,7 @@ class Simulation(Assembly):
             begun: of a step in which grains and walls have moved already, what ``_move`` returned.
         """
         self._refuse_if_torn()
-        preflight.check_prepared("step", self._loops, self._primed)
+        preflight.check_prepared("step", self.loops, self._primed)
         use_threads(self.threads, self.grains.n)
         self.clock.start()
         self._in_step = True
@@ -124,7 +124,7 @@ class Simulation(Assembly):
     def rebuild(self):
         """Find the neighbours anew. Writes no physical field. Needs ``prepare``, as ``step`` does."""
         self._refuse_if_torn()
-        preflight.check_prepared("rebuild", self._loops)
+        preflight.check_prepared("rebuild", self.loops)
         self._torn = True  # until it is done: whatever interrupts it
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
@@ -144,19 +144,19 @@ class Simulation(Assembly):
 
     def compute_forces(self, dt):
         """Forces at the present positions; contact memory advances by ``dt`` (0: not at all). Needs ``prepare``."""
-        preflight.check_prepared("compute_forces", self._loops, self._listed)
+        preflight.check_prepared("compute_forces", self.loops, self._listed)
         self.clock.start()
         grains, contacts = self.grains, self.contacts
         setting, counts = self._setting(dt), []
         for wall, (begin, end) in zip(self.walls, contacts.wall_ranges):
             wall.measure(contacts, grains, dt, begin, end)
         inner, border = contacts.parts
-        counts.append(contacts.compute_pairs(self._loops, grains, setting, inner))  # while ghosts travel
+        counts.append(contacts.compute_pairs(self.loops, grains, setting, inner))  # while ghosts travel
         self.clock.lap("forces")
         self.ghosts.finish_update(grains)
         self.clock.lap("ghosts")
-        counts.append(contacts.compute_pairs(self._loops, grains, setting, border))
-        counts.append(contacts.compute_walls(self._loops, grains, setting))
+        counts.append(contacts.compute_pairs(self.loops, grains, setting, border))
+        counts.append(contacts.compute_walls(self.loops, grains, setting))
         self.touching, large, too_large = (sum(parts) for parts in zip(*counts))
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
         self.loads.forget()
@@ -237,7 +237,7 @@ class Simulation(Assembly):
         setting, then = self._setting(self.dt), (self._list_skin, self._walls_then)
         told = np.array([0.0, 0.0, 0.0, 0.0, self.time, watch.approach, *5 * [0.0]])
         try:
-            stepping.advance(self, most, self._loops, setting, gravity.at(self.time), *then, told)
+            stepping.advance(self, most, self.loops, setting, gravity.at(self.time), *then, told)
         finally:  # also when Ctrl-C came meanwhile: what was done is known
             done = Progress.read(told)
             self.step_number, self.time = self.step_number + done.done, done.time
@@ -253,7 +253,7 @@ class Simulation(Assembly):
         return (done.fastest, done.bad) if done.begun else None
 
     def _setting(self, dt):
-        return Setting(len(self.materials), self._table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
+        return Setting(len(self.materials), self.table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
 
     def _move(self):
         for wall in self.walls:
@@ -346,7 +346,7 @@ class Simulation(Assembly):
         if self._in_step:  # the forces are those of the step before
             self._warn_of_broken_step("a run from what is saved now")
             self._primed = False
-        if self._table is not None and not np.array_equal(self.materials.table(self.law), self._table):
+        if self.table is not None and not np.array_equal(self.materials.table(self.law), self.table):
             self._primed = False
 
     def _warn_of_broken_step(self, what):
@@ -370,11 +370,11 @@ class Simulation(Assembly):
         preflight.check_settings(self)
         self._gravity = Gravity(self.gravity)
         table = self.materials.table(self.law)
-        if self._table is not None and not np.array_equal(table, self._table):
+        if self.table is not None and not np.array_equal(table, self.table):
             self._primed = False  # forces with the new parameters
-        self._table = table
-        if self._loops is None:
-            self._loops = make_loops(self.law, len(self.materials) == 1)
+        self.table = table
+        if self.loops is None:
+            self.loops = make_loops(self.law, len(self.materials) == 1)
         self._take_up_sizes()
 
     def _take_up_sizes(self):
@@ -384,7 +384,7 @@ class Simulation(Assembly):
             self._take_down_list()
             self._list_skin = skin
         if self.check_dt and not (self._primed and self._checked_dt == self.dt):
-            stable = preflight.stable_time_step(self.law, self._table, self.grains, len(self.materials))
+            stable = preflight.stable_time_step(self.law, self.table, self.grains, len(self.materials))
             self.stable_dt = -float(self.comm.maximum([-stable])[0])
             preflight.check_time_step(self, self.stable_dt)
             self._checked_dt = self.dt

@@ -168,7 +168,7 @@ def test_ctrl_c_while_many_steps_are_made_in_one_call(steps, monkeypatch):
         warnings.simplefilter("ignore")
         whole.run(40)
         stopped.prepare()
-        right = stopped._loops
+        right = stopped.loops
 
         def interrupted(most, *arguments):
             right.advance(steps, *arguments)

@@ -3,8 +3,8 @@
 from barchan.kernels.compiler import helper, kernel, prange
 from barchan.kernels.exact_sum import add, carry
 
-#: Sums for each wall: force and torque on it, normal forces, their stiffness, and how many contacts there are.
-SUMS = 9
+#: Sums for each wall: force and torque on it, normal forces, stiffness and viscosity, and how many contacts there are.
+SUMS = 10
 
 
 @helper
@@ -16,13 +16,14 @@ def _add(rows, row, value):
 
 
 @kernel(parallel=True)
-def sum_loads(begin, number, slot, out, surface, grain, place, points, limbs):
+def sum_loads(begin, number, slot, out, surface, response, grain, place, points, limbs):
     """Add the contacts of all walls to ``limbs`` (walls, SUMS, LIMBS + 1), which is modified; the last of a row counts values
     that are not finite.
 
     Args:
         begin: (walls + 1,) where the contacts of each wall begin.
         number: of the first contact with a wall among all contacts.
+        response: (2, wall contacts) stiffness and viscosity of each.
         points: (walls, 3) about which torque is taken.
     """
     for w in prange(points.shape[0]):
@@ -35,16 +36,15 @@ def sum_loads(begin, number, slot, out, surface, grain, place, points, limbs):
                 rx = place[i, 0] - distance * nx - points[w, 0]
                 ry = place[i, 1] - distance * ny - points[w, 1]
                 rz = place[i, 2] - distance * nz - points[w, 2]
-                pressing = -(fx * nx + fy * ny + fz * nz)
-                stiffness = abs(pressing) / max(place[i, 3] - distance, 1e-9 * place[i, 3])
                 _add(limbs[w], 0, fx)
                 _add(limbs[w], 1, fy)
                 _add(limbs[w], 2, fz)
                 _add(limbs[w], 3, ry * fz - rz * fy)
                 _add(limbs[w], 4, rz * fx - rx * fz)
                 _add(limbs[w], 5, rx * fy - ry * fx)
-                _add(limbs[w], 6, pressing)
-                _add(limbs[w], 7, stiffness)
-                _add(limbs[w], 8, 1.0)
+                _add(limbs[w], 6, -(fx * nx + fy * ny + fz * nz))
+                _add(limbs[w], 7, response[0, c])
+                _add(limbs[w], 8, response[1, c])
+                _add(limbs[w], 9, 1.0)
         for row in range(SUMS):
             carry(limbs[w, row, :-1])

@@ -4,7 +4,7 @@ A control may be given to any number of walls, but one with a memory (``Massive`
 simulation are called on all ranks and must return the same on all.
 """
 
-from math import copysign, inf, isfinite
+from math import copysign, isfinite
 
 import numpy as np
 
@@ -97,19 +97,21 @@ class ForceControl(Control):
         force: number, or function of the simulation, positive when grains press on the wall [force].
         stress: the same of the stress on the wall [force/length^2]; it needs ``area``.
         area: number, or function of the simulation, such as ``between(left, right, front, back)`` [length^2].
-        max_speed: the wall is never faster [length/time].
+        max_speed: the wall is never faster [length/time]; None: no limit.
 
     Raises:
         SceneError: neither or both of force and stress are given, stress without area, or a speed that is not positive.
     """
 
-    def __init__(self, force=None, stress=None, area=None, max_speed=inf):
+    def __init__(self, force=None, stress=None, area=None, max_speed=None):
         if (force is None) == (stress is None) or (stress is None) != (area is None):
             raise SceneError(
                 f"{type(self).__name__} needs a target: either force [force], or stress [force/length^2] and area [length^2]"
             )
         self.force, self.stress, self.area = force, stress, area
-        self.max_speed = inf if max_speed == inf else _number(f"{type(self).__name__}: max_speed", max_speed, "length/time", 0.0)
+        self.max_speed = None
+        if max_speed is not None:
+            self.max_speed = _number(f"{type(self).__name__}: max_speed", max_speed, "length/time", 0.0)
 
     def target(self, sim):
         """The wanted force at the present time [force].
@@ -129,7 +131,11 @@ class ForceControl(Control):
     def steer(self, wall, sim):
         """Push the wall with the speed that the control finds, within its limit."""
         speed = self.speed(wall, self.target(sim) - wall.pressing, sim.dt)
-        wall.push(min(max(speed, -self.max_speed), self.max_speed))
+        wall.push(self.limited(speed))
+
+    def limited(self, speed):
+        """The speed, or the largest that is allowed."""
+        return speed if self.max_speed is None else min(max(speed, -self.max_speed), self.max_speed)
 
     def speed(self, wall, error, dt):
         """Speed towards the grains for the next step [length/time].
@@ -159,19 +165,21 @@ class Proportional(ForceControl):
 
 
 class Servo(ForceControl):
-    """A controller that finds its own gain: v = v_0 + G (F_target - F_actual) with G = ``SHARE`` / (K dt), where K is the sum of
-    normal force over overlap of all contacts that the wall touches; v_0 is the mean of v over the last ``MEMORY`` steps, so that
-    a target that grows steadily is followed without a lag. Where nothing touches the wall it moves with ``max_speed``.
+    """A controller that finds its own gain: v = v_0 + G (F_target - F_actual) with G = ``SHARE`` / (K dt + 2 eta).
 
-    The product G K dt says by how much a step corrects the force of the contacts touched. Up to 2 that is stable; a fifth is
-    about where the wall takes up waves like more grains would (their impedance is sqrt(K m), and dt a fifth of sqrt(m / K)).
+    K and eta are stiffness and viscosity of all contacts that the wall touches; v_0 is the mean of v over the last ``MEMORY``
+    steps, so that a target that grows steadily is followed without a lag. Where nothing touches it the wall has ``max_speed``.
+
+    While grains stay where they are a step changes the force by K v dt, and at once by eta v: that is stable for a SHARE below 2.
+    A wall with v = G (F_target - F) takes up waves as a dashpot 1/G does, so it calms the grains; more grains would, too, as one
+    of about sqrt(K m), which is 5 to 10 K dt.
 
     Args:
         max_speed: the wall is never faster [length/time]; it meets grains with this speed.
         target: ``force``, or ``stress`` and ``area``, of a ``ForceControl``.
     """
 
-    SHARE, MEMORY = 0.2, 1000
+    SHARE, MEMORY = 1.0, 500
     memory = ("steady",)
 
     def __init__(self, max_speed, **target):
@@ -180,11 +188,12 @@ class Servo(ForceControl):
 
     def speed(self, wall, error, dt):
         """From the error, the stiffness that it touches, and the speed of late."""
-        stiffness = wall.load.stiffness
-        if stiffness == 0.0:
+        load = wall.load
+        resistance = load.stiffness * dt + 2.0 * load.viscosity
+        if resistance == 0.0:
             self.steady = 0.0
             return copysign(self.max_speed, error)
-        correction = self.SHARE / (stiffness * dt) * error
+        correction = self.SHARE / resistance * error
         speed = self.steady + correction
         if abs(speed) < self.max_speed:
             self.steady += correction / self.MEMORY
@@ -205,13 +214,15 @@ class Massive(ForceControl):
     def __init__(self, mass, damping=0.0, **target):
         super().__init__(**target)
         self.mass, self.damping = _number("Massive: mass", mass, "mass", 0.0), _number("Massive: damping", damping, "mass/time")
+        if self.damping < 0.0:
+            raise SceneError(f"Massive: damping = {damping!r} [mass/time] must not be negative")
         self.moving = 0.0
 
     def speed(self, wall, error, dt):
         """Leap-frog, with the damping taken at the middle of the step, where it is stable for any c."""
         drag = 0.5 * dt * self.damping / self.mass
         self.moving = ((1.0 - drag) * self.moving + dt * error / self.mass) / (1.0 + drag)
-        self.moving = min(max(self.moving, -self.max_speed), self.max_speed)
+        self.moving = self.limited(self.moving)
         return self.moving
 
 

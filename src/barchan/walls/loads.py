@@ -8,20 +8,23 @@ import numpy as np
 from barchan.errors import SceneError
 from barchan.kernels.exact_sum import LIMBS, value_of
 from barchan.kernels.loads import SUMS, sum_loads
+from barchan.walls.response import response
 
 
 class Load(NamedTuple):
     """What grains do to one wall.
 
     ``force``, ``torque``: on the wall, torque about its point, three numbers each [force, force length]. ``pressing``: sum of
-    normal forces, positive when grains press [force]. ``stiffness``: sum of normal force over overlap [force/length].
-    ``contacts``: how many grains touch.
+    normal forces, positive when grains press [force]. ``stiffness``, ``viscosity``: how it changes with the place of the wall and
+    with its speed towards the grains, while these do not move [force/length, force time/length]. ``contacts``: how many grains
+    touch.
     """
 
     force: tuple
     torque: tuple
     pressing: float
     stiffness: float
+    viscosity: float
     contacts: int
 
 
@@ -63,17 +66,17 @@ class Loads:
         limbs = np.zeros((len(walls), SUMS, LIMBS + 1), dtype=np.int64)
         points = np.array([wall.point for wall in walls])
         begin = np.array([0, *(end for _, end in contacts.wall_ranges)])
-        state = (contacts.slot, contacts.out, contacts.surface, contacts.wall_grain, sim.grains.block("place"))
+        state = (contacts.slot, contacts.out, contacts.surface, response(sim), contacts.wall_grain, sim.grains.block("place"))
         sum_loads(begin, contacts.n_pairs, *state, points, limbs)
         limbs = sim.comm.sum(limbs)
         sums = [[math.nan if row[-1] else value_of(row[:-1]) for row in rows] for rows in limbs]
-        return [Load(tuple(row[:3]), tuple(row[3:6]), row[6], row[7], int(row[8])) for row in sums]
+        return [Load(tuple(row[:3]), tuple(row[3:6]), *row[6:9], int(row[9])) for row in sums]
 
     def state(self):
         """What a checkpoint keeps: plain numbers for each wall, or nothing where forces are not those of the state."""
         self.keep()
-        return [[*load.force, *load.torque, load.pressing, load.stiffness, load.contacts] for load in self._known or ()]
+        return [[*load.force, *load.torque, *load[2:]] for load in self._known or ()]
 
     def restore(self, state):
         """Take up what ``state`` returned."""
-        self._known = [Load(tuple(row[:3]), tuple(row[3:6]), *row[6:]) for row in state] or None
+        self._known = [Load(tuple(row[:3]), tuple(row[3:6]), *row[6:9], int(row[9])) for row in state] or None
