@@ -78,6 +78,34 @@ def avalanche(
     _start(experiment, scene, out, _manner(threads, checkpoint_every))
 
 
+@run_app.command()
+def compression(
+    grains: Annotated[str | None, typer.Option(help="about how many grains rain [3000]")] = None,
+    stress_rate: Annotated[str | None, typer.Option(help="rate at which the stress grows [2e6 Pa/s]")] = None,
+    end_stress: Annotated[str | None, typer.Option(help="stress on all walls at the end [100 kPa]")] = None,
+    dt: Annotated[str | None, typer.Option(help="time step [1.8 us]")] = None,
+    controller: Annotated[str | None, typer.Option(help="servo, which finds its gain, or proportional [servo]")] = None,
+    gain: Annotated[str | None, typer.Option(help="of the proportional controller [0.05 m/N/s]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and first velocities [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 20_000,
+):
+    """A sample under six stress-controlled walls (Marketos et al. 2013). Values may have units: --end-stress 50kPa."""
+    given = {
+        "grains": grains,
+        "stress_rate": stress_rate,
+        "end_stress": end_stress,
+        "dt": dt,
+        "controller": controller,
+        "gain": gain,
+        "seed": seed,
+    }
+    _run("compression", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
 @run_app.command(hidden=True)
 def file(path: Path, threads: Threads = None, out: Out = None, set_: Set = None, checkpoint_every: CheckpointEvery = 5000):
     """Run the scene in a TOML file."""
@@ -204,6 +232,19 @@ def _read(path):
 
     name, scene = read_scene_file(path, {name: experiment.scene for name, experiment in EXPERIMENTS.items()})
     return EXPERIMENTS[name], scene
+
+
+def _run(name, given, assignments, out, resume, manner):
+    """Start or resume an experiment of which all flags are parameters."""
+    from barchan.experiments import EXPERIMENTS
+
+    experiment = EXPERIMENTS[name]
+    flags = [f"{parameter}={value}" for parameter, value in given.items() if value is not None]
+    changes = _assignments(experiment, [*flags, *(assignments or [])])
+    if resume is not None:
+        _resume(experiment, resume, changes, ["--out"] if out else [], manner)
+    else:
+        _start(experiment, experiment.scene.make(changes), out, manner)
 
 
 def _assignments(experiment, texts):

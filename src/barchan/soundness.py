@@ -166,8 +166,8 @@ def value_fault(state, walls):
         if any(abs(sum(n**2 for n in unit) - 1.0) > 1e-9 for unit in units) or there["key"] != here["key"]:
             return f"wall {number} is not described as a {here['kind']} is"
     loads = state.about["loads"]
-    if len(loads) not in (0, len(walls)) or any(len(row) != SUMS or not np.isfinite(row).all() for row in loads):
-        return f"loads of walls are not {SUMS} finite numbers for each of {len(walls)} walls"
+    if len(loads) not in (0, len(walls)) or any(len(row) != SUMS + 2 or not np.isfinite(row).all() for row in loads):
+        return f"loads of walls are not {SUMS + 2} finite numbers for each of {len(walls)} walls"
     return None
 
 

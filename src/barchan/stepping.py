@@ -17,11 +17,12 @@ GRAINS_PER_MESSAGE = 1000
 
 def steps_ahead(sim, end):
     """Number of steps, up to step ``end``, in which this rank does nothing but move grains and flat walls, and compute forces."""
-    if sim.staleness.also_when is not None or not all(wall.is_steady for wall in sim.walls):
+    if sim.staleness.also_when is not None:
         return 0
+    steady = min((wall.steady_steps(sim.step_number) for wall in sim.walls), default=inf)
     due = min((_next_due(one, sim.step_number) for one in (*sim.actions, *sim.writers)), default=inf)
     work = max(sim.grains.n, GRAINS_PER_MESSAGE if sim.comm.size > 1 else 1)
-    return int(min(end - sim.step_number, due - 1 - sim.step_number, MOST_WORK // work))
+    return int(min(end - sim.step_number, steady, due - 1 - sim.step_number, MOST_WORK // work))
 
 
 def _next_due(one, step):

@@ -1,6 +1,7 @@
 """Ready scenes, each run by one command."""
 
 from barchan.experiments.avalanche import AVALANCHE
+from barchan.experiments.compression import COMPRESSION
 
 #: All experiments by name.
-EXPERIMENTS = {experiment.name: experiment for experiment in (AVALANCHE,)}
+EXPERIMENTS = {experiment.name: experiment for experiment in (AVALANCHE, COMPRESSION)}

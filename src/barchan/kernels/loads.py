@@ -1,10 +1,12 @@
 """What grains do to walls, summed exactly over their contacts."""
 
-from barchan.kernels.compiler import helper, kernel, prange
-from barchan.kernels.exact_sum import add, carry
+import math
 
-#: Sums for each wall: force and torque on it, normal forces, stiffness and viscosity, and how many contacts there are.
-SUMS = 10
+from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.exact_sum import add, carry, value_of
+
+#: Sums for each wall: force and torque on it, normal forces, and how many contacts there are.
+SUMS = 8
 
 
 @helper
@@ -16,14 +18,13 @@ def _add(rows, row, value):
 
 
 @kernel(parallel=True)
-def sum_loads(begin, number, slot, out, surface, response, grain, place, points, limbs):
+def sum_loads(begin, number, slot, out, surface, grain, place, points, limbs):
     """Add the contacts of all walls to ``limbs`` (walls, SUMS, LIMBS + 1), which is modified; the last of a row counts values
     that are not finite.
 
     Args:
         begin: (walls + 1,) where the contacts of each wall begin.
         number: of the first contact with a wall among all contacts.
-        response: (2, wall contacts) stiffness and viscosity of each.
         points: (walls, 3) about which torque is taken.
     """
     for w in prange(points.shape[0]):
@@ -43,8 +44,25 @@ def sum_loads(begin, number, slot, out, surface, response, grain, place, points,
                 _add(limbs[w], 4, rz * fx - rx * fz)
                 _add(limbs[w], 5, rx * fy - ry * fx)
                 _add(limbs[w], 6, -(fx * nx + fy * ny + fz * nz))
-                _add(limbs[w], 7, response[0, c])
-                _add(limbs[w], 8, response[1, c])
-                _add(limbs[w], 9, 1.0)
+                _add(limbs[w], 7, 1.0)
         for row in range(SUMS):
             carry(limbs[w, row, :-1])
+
+
+@kernel()
+def sum_by_wall(begin, values, limbs):
+    """Add ``values`` (rows, contacts with walls) to ``limbs`` (walls, rows, LIMBS + 1) as ``sum_loads`` does."""
+    for w in range(limbs.shape[0]):
+        for row in range(values.shape[0]):
+            for c in range(begin[w], begin[w + 1]):
+                _add(limbs[w], row, values[row, c])
+            carry(limbs[w, row, :-1])
+
+
+@kernel()
+def values_of(limbs, sums):
+    """Write the sums in ``limbs`` of all ranks together into ``sums`` (walls, rows): NaN where a value was not finite. Both are
+    modified: ``limbs`` is worth nothing afterwards."""
+    for w in range(limbs.shape[0]):
+        for row in range(limbs.shape[1]):
+            sums[w, row] = value_of(limbs[w, row, :-1]) if limbs[w, row, -1] == 0 else math.nan

@@ -26,10 +26,14 @@ def _number(what, value, dimension, least=None):
 
 
 class Control:
-    """The base of controls. One of your own derives from it and has ``steer``; what it remembers stands in ``memory``."""
+    """The base of controls. One of your own derives from it and has ``steer``; what it remembers stands in ``memory``.
 
-    #: Names of attributes that a checkpoint keeps, each a number.
-    memory = ()
+    Attributes:
+        start: the first step from which it sets a velocity; before, the wall moves on as it does.
+        memory: names of attributes that a checkpoint keeps, each a number.
+    """
+
+    start, memory = 0, ()
 
     def steer(self, wall, sim):
         """Set the velocity of ``wall`` from step n to n+1, with ``wall.push(speed)`` or its ``drive``; loads are those of n."""
@@ -98,18 +102,19 @@ class ForceControl(Control):
         stress: the same of the stress on the wall [force/length^2]; it needs ``area``.
         area: number, or function of the simulation, such as ``between(left, right, front, back)`` [length^2].
         max_speed: the wall is never faster [length/time]; None: no limit.
+        start: the first step from which the wall is controlled.
 
     Raises:
         SceneError: neither or both of force and stress are given, stress without area, or a speed that is not positive.
     """
 
-    def __init__(self, force=None, stress=None, area=None, max_speed=None):
+    def __init__(self, force=None, stress=None, area=None, max_speed=None, start=0):
         if (force is None) == (stress is None) or (stress is None) != (area is None):
             raise SceneError(
                 f"{type(self).__name__} needs a target: either force [force], or stress [force/length^2] and area [length^2]"
             )
         self.force, self.stress, self.area = force, stress, area
-        self.max_speed = None
+        self.start, self.max_speed = start, None
         if max_speed is not None:
             self.max_speed = _number(f"{type(self).__name__}: max_speed", max_speed, "length/time", 0.0)
 
@@ -130,8 +135,7 @@ class ForceControl(Control):
 
     def steer(self, wall, sim):
         """Push the wall with the speed that the control finds, within its limit."""
-        speed = self.speed(wall, self.target(sim) - wall.pressing, sim.dt)
-        wall.push(self.limited(speed))
+        wall.push(self.limited(self.speed(wall, self.target(sim) - wall.pressing, sim.dt)))
 
     def limited(self, speed):
         """The speed, or the largest that is allowed."""
@@ -174,26 +178,33 @@ class Servo(ForceControl):
     A wall with v = G (F_target - F) takes up waves as a dashpot 1/G does, so it calms the grains; more grains would, too, as one
     of about sqrt(K m), which is 5 to 10 K dt.
 
+    K and eta are looked up every ``LOOK`` steps: they change slowly, and to ask the law takes as long as 500 grains.
+
     Args:
         max_speed: the wall is never faster [length/time]; it meets grains with this speed.
         target: ``force``, or ``stress`` and ``area``, of a ``ForceControl``.
     """
 
-    SHARE, MEMORY = 1.0, 500
-    memory = ("steady",)
+    SHARE, MEMORY, LOOK = 1.0, 500, 10
+    memory = ("steady", "resistance")
 
     def __init__(self, max_speed, **target):
         super().__init__(max_speed=max_speed, **target)
-        self.steady = 0.0
+        self.steady = self.resistance = 0.0
+
+    def steer(self, wall, sim):
+        """Look up what the wall touches, from time to time, and push."""
+        if sim.step_number % self.LOOK == 0 or (self.resistance == 0.0 and wall.contacts):
+            response = wall.response
+            self.resistance = response.stiffness * sim.dt + 2.0 * response.viscosity
+        super().steer(wall, sim)
 
     def speed(self, wall, error, dt):
-        """From the error, the stiffness that it touches, and the speed of late."""
-        load = wall.load
-        resistance = load.stiffness * dt + 2.0 * load.viscosity
-        if resistance == 0.0:
+        """From the error, what resists, and the speed of late."""
+        if self.resistance == 0.0:
             self.steady = 0.0
             return copysign(self.max_speed, error)
-        correction = self.SHARE / resistance * error
+        correction = self.SHARE / self.resistance * error
         speed = self.steady + correction
         if abs(speed) < self.max_speed:
             self.steady += correction / self.MEMORY
@@ -238,7 +249,8 @@ def between(first, second, third=None, fourth=None):
     """
 
     def gap(one, other):
-        return abs(float((other.point - one.point) @ one.normal))
+        (x, y, z), (a, b, c), (nx, ny, nz) = one.point.tolist(), other.point.tolist(), one.normal.tolist()
+        return abs((a - x) * nx + (b - y) * ny + (c - z) * nz)
 
     def area(sim):
         return gap(first, second) * (1.0 if third is None else gap(third, fourth))

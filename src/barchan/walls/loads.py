@@ -1,13 +1,12 @@
 """What grains do to the walls of a scene: summed over all contacts and ranks when somebody asks."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from barchan.errors import SceneError
-from barchan.kernels.exact_sum import LIMBS, value_of
-from barchan.kernels.loads import SUMS, sum_loads
+from barchan.kernels.exact_sum import LIMBS
+from barchan.kernels.loads import SUMS, sum_by_wall, sum_loads, values_of
 from barchan.walls.response import response
 
 
@@ -15,28 +14,32 @@ class Load(NamedTuple):
     """What grains do to one wall.
 
     ``force``, ``torque``: on the wall, torque about its point, three numbers each [force, force length]. ``pressing``: sum of
-    normal forces, positive when grains press [force]. ``stiffness``, ``viscosity``: how it changes with the place of the wall and
-    with its speed towards the grains, while these do not move [force/length, force time/length]. ``contacts``: how many grains
-    touch.
+    normal forces, positive when grains press [force]. ``contacts``: how many grains touch.
     """
 
     force: tuple
     torque: tuple
     pressing: float
+    contacts: int
+
+
+class Response(NamedTuple):
+    """How the normal forces on one wall change, while grains stay where they are, as it closes in: with the way, ``stiffness``
+    [force/length], and with the speed, ``viscosity`` [force time/length]."""
+
     stiffness: float
     viscosity: float
-    contacts: int
 
 
 class Loads:
     """The loads of all walls of a simulation. The sums are exact: the same bits on any number of threads and ranks."""
 
     def __init__(self, sim):
-        self._sim, self._known = sim, None
+        self._sim, self._loads, self._responses = sim, None, None
 
     def forget(self):
         """Forces are computed anew."""
-        self._known = None
+        self._loads = self._responses = None
 
     def of(self, wall):
         """The ``Load`` of one of the walls; all ranks must ask.
@@ -44,39 +47,65 @@ class Loads:
         Raises:
             SceneError: the scene was changed since its contacts were computed.
         """
-        self.keep()
-        if self._known is None:
-            raise SceneError(
-                f"step {self._sim.step_number}: the scene was changed since its contacts were computed; call prepare() or run() "
-                f"before asking what grains do to its walls"
-            )
-        return self._known[-1 - wall.key]
+        if self._loads is None and self._is_known:
+            self._loads = self._sum_loads()
+        return self._known(self._loads)[-1 - wall.key]
+
+    def response_of(self, wall):
+        """The ``Response`` of one of the walls; all ranks must ask. Raises what ``of`` raises."""
+        if self._responses is None and self._is_known:
+            self._responses = self._sum_responses()
+        return self._known(self._responses)[-1 - wall.key]
 
     def keep(self):
         """Sum them now, if forces are those of the present state: the list of contacts may be put away. All ranks must call."""
         sim = self._sim
-        if not sim.is_primed:
-            self._known = None
-        elif self._known is None and sim.walls and sim.is_listed and sim.contacts.computed:
-            self._known = self._sum()
+        if sim.walls and sim.comm.maximum([float(not sim.is_primed)])[0]:  # where one rank was edited, all are
+            self.forget()
+        elif sim.walls and self._is_known:
+            self._loads = self._loads or self._sum_loads()
+            self._responses = self._responses or self._sum_responses()
 
-    def _sum(self):
+    @property
+    def _is_known(self):
         sim = self._sim
-        contacts, walls = sim.contacts, sim.walls
-        limbs = np.zeros((len(walls), SUMS, LIMBS + 1), dtype=np.int64)
-        points = np.array([wall.point for wall in walls])
-        begin = np.array([0, *(end for _, end in contacts.wall_ranges)])
-        state = (contacts.slot, contacts.out, contacts.surface, response(sim), contacts.wall_grain, sim.grains.block("place"))
-        sum_loads(begin, contacts.n_pairs, *state, points, limbs)
-        limbs = sim.comm.sum(limbs)
-        sums = [[math.nan if row[-1] else value_of(row[:-1]) for row in rows] for rows in limbs]
-        return [Load(tuple(row[:3]), tuple(row[3:6]), *row[6:9], int(row[9])) for row in sums]
+        return sim.is_primed and sim.is_listed and sim.contacts.computed
+
+    def _known(self, found):
+        if found is None or not self._sim.is_primed:
+            raise SceneError(
+                f"step {self._sim.step_number}: the scene was changed since its contacts were computed; call prepare() or run() "
+                f"before asking what grains do to its walls"
+            )
+        return found
+
+    def _sum_loads(self):
+        sim = self._sim
+        contacts, points = sim.contacts, np.array([wall.point for wall in sim.walls])
+        state = (contacts.slot, contacts.out, contacts.surface, contacts.wall_grain, sim.grains.block("place"))
+        sums = self._sums(SUMS, lambda begin, limbs: sum_loads(begin, contacts.n_pairs, *state, points, limbs))
+        return [Load(tuple(row[:3]), tuple(row[3:6]), row[6], int(row[7])) for row in sums]
+
+    def _sum_responses(self):
+        values = response(self._sim)
+        return [Response(*row) for row in self._sums(2, lambda begin, limbs: sum_by_wall(begin, values, limbs))]
+
+    def _sums(self, rows, accumulate):
+        sim = self._sim
+        limbs = np.zeros((len(sim.walls), rows, LIMBS + 1), dtype=np.int64)
+        accumulate(np.array([0, *(end for _, end in sim.contacts.wall_ranges)]), limbs)
+        sums = np.empty(limbs.shape[:2])
+        values_of(sim.comm.sum(limbs), sums)
+        return sums.tolist()
 
     def state(self):
         """What a checkpoint keeps: plain numbers for each wall, or nothing where forces are not those of the state."""
         self.keep()
-        return [[*load.force, *load.torque, *load[2:]] for load in self._known or ()]
+        if self._loads is None or self._responses is None:
+            return []
+        return [[*load.force, *load.torque, *load[2:], *more] for load, more in zip(self._loads, self._responses)]
 
     def restore(self, state):
         """Take up what ``state`` returned."""
-        self._known = [Load(tuple(row[:3]), tuple(row[3:6]), *row[6:9], int(row[9])) for row in state] or None
+        self._loads = [Load(tuple(row[:3]), tuple(row[3:6]), row[6], int(row[7])) for row in state] or None
+        self._responses = [Response(*row[SUMS:]) for row in state] or None

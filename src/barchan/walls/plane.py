@@ -1,6 +1,6 @@
 """A flat wall without end."""
 
-from math import cos, sin, sqrt
+from math import cos, inf, sin, sqrt
 
 import numpy as np
 
@@ -35,10 +35,11 @@ class Plane(Wall):
         self.normal, self._corners = normal, np.zeros((8, 3))
         self.settle()
 
-    @property
-    def is_steady(self):
-        """True if it only moves on as it does, so that compiled code can move it."""
-        return self._control is None and not self._omega.any()
+    def steady_steps(self, step):
+        """In how many steps from ``step`` on it only moves on as it does, so that compiled code can move it."""
+        if self._omega.any():
+            return 0
+        return inf if self._control is None else getattr(self._control, "start", 0) - step
 
     @property
     def speed(self):

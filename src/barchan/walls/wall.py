@@ -143,10 +143,19 @@ class Wall:
 
     @property
     def load(self):
-        """What grains do to it, a ``Load``: all of the below in one."""
+        """What grains do to it, a ``Load``: the four below in one."""
+        self._in_a_scene()
+        return self._loads.of(self)
+
+    def _in_a_scene(self):
         if self._loads is None:
             raise SceneError(f"this {self.kind} is in no scene yet, and nothing touches it; add_wall() takes it up")
-        return self._loads.of(self)
+
+    @property
+    def response(self):
+        """How the force of grains on it changes as it closes in, a ``Response``."""
+        self._in_a_scene()
+        return self._loads.response_of(self)
 
     @property
     def force(self):
@@ -168,10 +177,9 @@ class Wall:
         """Number of grains that touch it."""
         return self.load.contacts
 
-    @property
-    def is_steady(self):
-        """True if it only moves on as it does, so that compiled code can move it."""
-        return False
+    def steady_steps(self, step):
+        """In how many steps from ``step`` on it only moves on as it does, so that compiled code can move it."""
+        return 0
 
     def admit(self, loads, key):
         """Take it into a scene."""
@@ -186,7 +194,7 @@ class Wall:
 
     def steer(self, sim):
         """Let its control set the velocity from this step to the next."""
-        if self._control is not None:
+        if self._control is not None and sim.step_number >= getattr(self._control, "start", 0):
             self._control.steer(self, sim)
 
     def state(self):
