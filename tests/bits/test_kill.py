@@ -29,8 +29,8 @@ CASES = [*((law, "turning") for law in bc.laws.SHIPPED.values()), (bc.laws.SHIPP
 
 @pytest.mark.parametrize("law, gravity", CASES, ids=lambda value: getattr(value, "name", value))
 def test_killed_runs_end_with_the_same_bits(law, gravity, tmp_path):
-    """Each law is killed three times: at two random moments of the run and once inside the write of a checkpoint; that is
-    27 kills in all, on a dense state (see test_same_bits), also while many steps are made in one call."""
+    """Each law is killed three times: at two random moments of the run and once inside the write of a checkpoint, on
+    a dense state (see test_same_bits), also while many steps are made in one call."""
     moments = random.Random(law.name)
     kills = 0
     for _ in range(2):

@@ -4,6 +4,13 @@ import numpy as np
 
 import barchan as bc
 
+#: The laws of which all others that are shipped are made; what those add has tests of its own.
+BASIC_LAWS = [
+    law
+    for law in bc.laws.SHIPPED.values()
+    if law.name.removesuffix("_standard") in ("linear", "silbert", "hertz", "hertz_mindlin")
+]
+
 #: Orthonormal frame that is aligned with no axis: rows are the normal, the tangent and their cross product.
 TILTED = np.array([[2.0, 3.0, 6.0], [-6.0, -2.0, 3.0], [3.0, -6.0, 2.0]]) / 7.0
 

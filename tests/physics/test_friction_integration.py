@@ -8,6 +8,7 @@ with a time step ten times larger; ``-m validate`` repeats all with the publishe
 import numpy as np
 import pytest
 from analytic import rolling_over_neck
+from impacts import BASIC_LAWS
 from necks import GRAVITY, HARD, LARGE, RATIOS, SOFT, TILT, Necks, leaving_times
 
 import barchan as bc
@@ -74,7 +75,7 @@ def test_standard_scheme_converges_to_the_default():
     np.testing.assert_allclose(times_of("linear_standard", 0.1 * SOFT_DT), CONVERGED, rtol=0.04)
 
 
-@pytest.mark.parametrize("law", bc.laws.SHIPPED.values(), ids=lambda law: law.name)
+@pytest.mark.parametrize("law", BASIC_LAWS, ids=lambda law: law.name)
 def test_memory_turns_with_the_contact(law):
     """A stuck contact turns rigidly by 90 degrees, in 30 steps of 3 degrees and with no slip: its tangential force turns with it.
 

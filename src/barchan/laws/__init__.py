@@ -2,6 +2,7 @@
 
 from barchan.laws.hertz_mindlin import hertz_mindlin, hertz_mindlin_standard
 from barchan.laws.law import Law, Property, law
+from barchan.laws.shm import shm
 from barchan.laws.viscoelastic import hertz, hertz_standard, linear, linear_standard, silbert, silbert_standard
 
 #: Every law that comes with barchan, by name.
@@ -12,6 +13,7 @@ SHIPPED = {
         linear,
         hertz,
         hertz_mindlin,
+        shm,
         silbert_standard,
         linear_standard,
         hertz_standard,
@@ -30,6 +32,7 @@ __all__ = [
     "law",
     "linear",
     "linear_standard",
+    "shm",
     "silbert",
     "silbert_standard",
 ]
