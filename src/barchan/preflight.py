@@ -28,6 +28,7 @@ def equal_contact(radius, mass, overlap):
         "normal_velocity": 0.0,
         "tangential_velocity": (0.0, 0.0, 0.0),
         "slip_velocity_half": (0.0, 0.0, 0.0),
+        "relative_omega": (0.0, 0.0, 0.0),
         "radius_first": radius,
         "radius_second": radius,
         "radius_eff": 0.5 * radius,
@@ -56,10 +57,10 @@ def evaluate(law, parameters, values):
     except Exception as error:  # whatever a user's function stumbles over
         where = ", ".join(f"{name} = {value}" for name, value in contact.items())
         raise LawError(f"law '{law.name}' fails with {type(error).__name__}: {error}, on a contact with {where}") from error
-    if not isinstance(result, tuple) or [_width(part) for part in result] != [1, 3, *law.history.values()]:
+    if not isinstance(result, tuple) or [_width(part) for part in result] != [*law.returns.values()]:
         raise LawError(
-            f"law '{law.name}' must return {', '.join(['normal_force', 'tangential_force', *law.history])}; got {result!r} "
-            f"(the first is a number, the second a tuple of three, history as wide as declared)"
+            f"law '{law.name}' must return {', '.join(law.returns)}; got {result!r} "
+            f"(the first is a number, forces and couples tuples of three, history as wide as declared)"
         )
     return result
 

@@ -51,7 +51,7 @@ class Check(NamedTuple):
 def check_law(law, material, radius=1.0):
     """Check a law on single contacts and on collisions of two grains.
 
-    - zero at zero overlap: no force at rest where the grains just touch;
+    - zero at zero overlap: no force and no couple at rest where the grains just touch;
     - finite everywhere: at tiny and huge overlaps, speeds and memories, at dt = 0, in any direction;
     - symmetry: exchanging the grains, or turning and mirroring the collision, changes nothing;
     - order in dt: halving the time step changes the result less and less;
@@ -134,8 +134,8 @@ class _Bench:
         return np.concatenate([velocity @ frame.T, self.radius * np.linalg.det(frame) * omega @ frame.T])
 
     def call(self, overlap, vn=0.0, vt=0.0, memory=0.0, dt=0.0, directions=_DIRECTIONS[0]):
-        """The plain function on one contact, slipping by ``vt`` along the tangent, with vectors of size ``memory`` along it or
-        numbers of that size; returns all numbers of its result."""
+        """The plain function on one contact, slipping by ``vt`` along the tangent, rolling and twisting as fast, with
+        vectors of size ``memory`` along the tangent or numbers of that size; returns all numbers of its result."""
         normal, normal_half, tangent = directions
         slip, remembered = (tuple(size * t for t in tangent) for size in (vt, memory))
         values = preflight.equal_contact(self.radius, self._mass, overlap) | {
@@ -144,6 +144,7 @@ class _Bench:
             "normal_velocity": vn,
             "tangential_velocity": slip,
             "slip_velocity_half": slip,
+            "relative_omega": tuple(vt / self.radius * (n + t) for n, t in zip(normal, tangent)),
             "dt": dt,
         }
         values |= {name: remembered if width == 3 else memory for name, width in self.law.history.items()}
@@ -157,7 +158,7 @@ class _Bench:
 
 def _zero(bench):
     touching, typical = (bench.call(depth * bench.radius) for depth in (1e-12, 0.01))
-    force = max(abs(x) for x in touching[:4])
+    force = max(abs(x) for x in [*touching[:4], *([x / bench.radius for x in touching[4:7]] if bench.law.couple else [])])
     return force <= 1e-4 * abs(typical[0]), f"force {force:.3g} at overlap 1e-12 R, {typical[0]:.3g} at 0.01 R"
 
 

@@ -22,6 +22,13 @@ def steady(**options):
     return sim
 
 
+def rolling(**options):
+    """Contacts with couples, many steps in one call."""
+    sim = states.dense(bc.laws.hertz_mindlin_rolling, **options)
+    sim.gravity = states.GRAVITY["steady"]
+    return sim
+
+
 def gas(**options):
     """400 fast grains in a box that is periodic on all sides: they cross borders all the time, and touch rarely."""
     box = bc.Box((0, 0, 0), (16, 12, 10), (True, True, True))
@@ -59,7 +66,7 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-SCENES = {"dense": dense, "steady": steady, "gas": gas, "chute": chute}
+SCENES = {"dense": dense, "steady": steady, "rolling": rolling, "gas": gas, "chute": chute}
 
 
 def state_after(name, steps, change=None, **options):

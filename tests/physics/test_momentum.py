@@ -6,7 +6,7 @@ L = sum m x(n) x v(n-1/2) + I omega(n-1/2)
 changes by dt sum (x(n) x F(n) + T(n)) in the kick and not at all in the drift, since v x v = 0: it is the discrete angular
 momentum that can be kept exactly. A contact adds dt [(x_i - x_j) x F + T_i + T_j] = dt (r - a_i - a_j) n x F_t to it, with the
 torque arms a. Arms to the plane of contact add up to the distance r: nothing. Equation (10)'s arms, the radii, add up to
-r + overlap: each contact adds -dt overlap n x F_t.
+r + overlap: each contact adds -dt overlap n x F_t. Couples are equal and opposite: they add nothing.
 """
 
 import numpy as np
@@ -16,7 +16,8 @@ from impacts import BASIC_LAWS
 import barchan as bc
 from barchan.measure import contact_table
 
-ALL_LAWS = pytest.mark.parametrize("law", BASIC_LAWS, ids=lambda law: law.name)
+ROLLING = [bc.laws.hertz_mindlin_rolling, bc.laws.hertz_mindlin_constant_rolling]
+ALL_LAWS = pytest.mark.parametrize("law", [*BASIC_LAWS, *ROLLING], ids=lambda law: law.name)
 
 STEPS = 800
 
@@ -29,6 +30,7 @@ def cloud(law):
     velocity = -1.5 * cells + random.normal(0.0, 1.0, (64, 3)) + (0.3, 0.2, 0.1)
     if law.name.startswith("hertz_mindlin"):
         elastic = {"youngs_modulus": 1e5, "poisson_ratio": 0.3, "restitution": 0.8}
+        elastic |= {"rolling_friction": 0.2, "twisting_friction": 0.1} if law in ROLLING else {}
     else:
         stiffness = 1e4 if law.name.startswith("linear") else 3e4
         elastic = {"kn": stiffness, "kt": 0.3 * stiffness, "gamma_n": 5.0, "gamma_t": 3.0}

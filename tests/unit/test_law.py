@@ -35,6 +35,7 @@ def test_ghost_fields_are_those_that_the_law_reads():
 
     assert reads("overlap", "normal", "distance") == {"position"}
     assert reads("normal_velocity") == reads("normal_half") == {"position", "velocity"}
+    assert reads("relative_omega") == {"position", "velocity", "omega"}
     assert reads("tangential_velocity") == reads("slip_velocity_half") == {"position", "velocity", "omega"}
 
 
@@ -43,6 +44,7 @@ def test_ghost_fields_are_those_that_the_law_reads():
     [
         ({"history": {"slip": 3}}, r"law 'odd': history \['slip'\] is declared but is no argument"),
         ({"history": {"kn": 2}}, r"law 'odd': history \{'kn': 2\} must be 1 .* or 3"),
+        ({"couple": "yes", "properties": {"kn": "1"}}, "law 'odd': couple = 'yes' must be True or False"),
         ({"lever": "long", "properties": {"kn": "1"}}, "law 'odd': lever = 'long'; it must be 'radius' or 'lens'"),
         ({}, r"law 'odd': argument\(s\) \['kn'\] are no quantity .* Quantities: overlap, distance, normal"),
     ],
@@ -116,6 +118,7 @@ def contact_values(entry, **changed):
         "normal_velocity": -0.1,
         "tangential_velocity": (0.0, 0.3, 0.1),
         "slip_velocity_half": (-0.18, 0.24, 0.1),
+        "relative_omega": (0.3, -0.2, 0.4),
         "radius_first": 1.0,
         "radius_second": 1.0,
         "radius_eff": 0.5,
@@ -131,6 +134,11 @@ def contact_values(entry, **changed):
         "alpha": 0.3,
         "slip": (0.0, 0.01, -0.02),
         "shear": (0.0, -0.1, 0.2),
+        "rolling_friction": 0.1,
+        "twisting_friction": 0.2,
+        "rolling_damping": 0.3,
+        "rolled": (0.0, 0.001, -0.002),
+        "twisted": 0.002,
     }
     values |= changed
     names = (*entry.quantities, *entry.parameters, *entry.history)
@@ -140,7 +148,7 @@ def contact_values(entry, **changed):
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_laws_push_apart_and_keep_friction_in_the_tangent_plane(name):
     entry = SHIPPED[name]
-    pressing, tangential, _ = entry(**contact_values(entry))
+    pressing, tangential, *_ = entry(**contact_values(entry))
     assert entry.name == name and pressing > 0.0
     assert abs(tangential[0]) < 1e-15, "no part along the normal"
     size = sum(t * t for t in tangential) ** 0.5
@@ -151,7 +159,8 @@ def test_shipped_laws_push_apart_and_keep_friction_in_the_tangent_plane(name):
 def test_shipped_laws_without_friction_have_no_tangential_force_and_no_nan(name):
     entry = SHIPPED[name]
     values = contact_values(entry, friction=0.0)
-    pressing, tangential, memory = entry(**values)
+    pressing, tangential, *rest = entry(**values)
+    memory = rest[entry.couple]
     assert tangential == pytest.approx(ZERO, abs=1e-15) and all(m == m for m in memory) and pressing > 0.0
     resting = contact_values(entry, friction=0.0, slip=ZERO, shear=ZERO, tangential_velocity=ZERO, slip_velocity_half=ZERO)
     assert entry(**resting)[1] == pytest.approx(ZERO, abs=0.0), "0/0 of no force and no limit"

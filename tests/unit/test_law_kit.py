@@ -110,6 +110,26 @@ def loops(overlap, kn):
     return total, ZERO
 
 
+@bc.law(properties=SPRING, couple=True)
+def turns_from_afar(overlap, normal, kn):
+    return kn * overlap, ZERO, scale(1.0, normal)
+
+
+@bc.law(properties=SPRING, couple=True)
+def divides_by_rotation(overlap, relative_omega, kn):
+    return kn * overlap, ZERO, scale(-0.1 * kn * overlap / norm(relative_omega), relative_omega)
+
+
+@bc.law(properties=SPRING, couple=True)
+def turns_like_a_screw(overlap, normal, kn):
+    return kn * overlap, ZERO, scale(1e-5 * kn * overlap, normal)
+
+
+@bc.law(properties=SPRING, couple=True)
+def drives_the_rotation(overlap, relative_omega, kn):
+    return kn * overlap, ZERO, scale(kn * overlap, relative_omega)
+
+
 def never_the_same(first, second):
     """Not a function of the materials: another stiffness each time it is asked."""
     return {"kn": first["kn"] * (1.0 + 1e-9 * next(STEPS))}
@@ -121,17 +141,18 @@ def forgets_its_stiffness(overlap, kn):
 
 
 BROKEN = {
-    "zero at zero overlap": [pushes_from_afar, drags_from_afar],
+    "zero at zero overlap": [pushes_from_afar, drags_from_afar, turns_from_afar],
     "finite everywhere": [
         divides_by_overlap,
         divides_by_slip,
+        divides_by_rotation,
         takes_the_root_of_a_speed,
         divides_by_dt,
         takes_the_angle_of_normals,
     ],
-    "symmetry": [favours_the_first, favours_a_direction, favours_a_screw],
+    "symmetry": [favours_the_first, favours_a_direction, favours_a_screw, turns_like_a_screw],
     "order in dt": [counts_steps_not_time],
-    "energy": [pushes_harder_when_parting, drives_the_slip],
+    "energy": [pushes_harder_when_parting, drives_the_slip, drives_the_rotation],
     "vectorised": [calls_exp, calls_pow, calls_arc_tangent, loops],
     "resume": [forgets_its_stiffness],
 }
@@ -197,6 +218,11 @@ def returns_a_narrow_memory(overlap, kn, slip):
     return kn * overlap, ZERO, 0.0
 
 
+@bc.law(properties=SPRING, couple=True)
+def forgets_its_couple(overlap, kn):
+    return kn * overlap, ZERO
+
+
 @pytest.mark.parametrize(
     ("law", "message"),
     [
@@ -204,6 +230,7 @@ def returns_a_narrow_memory(overlap, kn, slip):
         (always_divides_by_dt, r"law 'always_divides_by_dt': its normal force at rest, overlap .*, dt 0, is inf, not finite"),
         (adds_a_number_to_a_vector, "law 'adds_a_number_to_a_vector' (fails with TypeError|cannot be compiled): .+"),
         (does_not_compile, "law 'does_not_compile' cannot be compiled: .+"),
+        (forgets_its_couple, r"law 'forgets_its_couple' (must return .*, couple; got|cannot be compiled)"),
         (returns_a_narrow_memory, r"law 'returns_a_narrow_memory' (must return .*, slip; got|cannot be compiled)"),
     ],
     ids=lambda part: getattr(part, "name", ""),

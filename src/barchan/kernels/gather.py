@@ -14,13 +14,14 @@ def gather_forces(start, touched, incidence, slot, out, place, mass, gravity, fo
         start, touched, incidence: the contacts that touch grain i are ``touched[i]`` entries of ``incidence`` from
             ``start[i]`` on, as 2 * contact + side (side 1: it is the second grain, which feels the opposite force).
         slot: (contacts,) column of each contact in ``out``.
-        out: (6 or 8, columns): force on the first, n x F_t, and arms of first and second; without arms they are the radii.
+        out: (6 to 11, columns): force on the first, n x F_t, and arms of first and second; without arms they are the radii.
+            Couples, in the last three rows of 9 or 11, are not for here: ``couples.add_couples``.
 
     Returns:
         Number of grains whose force is not finite.
     """
     bad = 0
-    given = out.shape[0] > 6
+    given = out.shape[0] == 8 or out.shape[0] == 11
     for i in prange(touched.shape[0]):
         fx = mass[i] * gravity[0]
         fy = mass[i] * gravity[1]

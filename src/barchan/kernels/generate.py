@@ -22,7 +22,7 @@ import numpy as np
 from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
 from barchan.kernels.lanes import LANES
-from barchan.kernels.steps import STEPS
+from barchan.kernels.steps import COUPLES, COUPLES_IMPORT, STEPS
 from barchan.kernels.template import ARMS, BLOCK, MODULE, TINY
 
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
@@ -135,6 +135,7 @@ def module_text(law, uniform):
     ]
     given = {name: f"({', '.join(names)})" if len(names) == 3 else names[0] for name, names in history.items()}
     given |= {name: f"p_{name}" for name in law.parameters}
+    given["relative_omega"] = "(wix - wjx, wiy - wjy, wiz - wjz)"
     arguments = [f"{a}={given.get(a, a)}" for a in inspect.signature(law.function).parameters]
     hoisted = [f"{p} = table[{row}, 0]" for row, p in enumerate(parameters)]
     looked_up = [f"{p} = table[{row}, pair]" for row, p in enumerate(parameters)]
@@ -151,6 +152,9 @@ def module_text(law, uniform):
     arm_first, arm_second, wall_arm = ARMS[law.lever]
     lens = law.lever == "lens"
     arms, arm_at_wall = ["out[6, k] = arm_i", "out[7, k] = arm_j"] * lens, [f"out[6, k] = {wall_arm}"] * lens
+    couple = ["cx", "cy", "cz"] if law.couple else []
+    couples = [f"out[{6 + 2 * lens + row}, k] = {name}" for row, name in enumerate(couple)]
+    names_of_results = {"normal_force": "pressing", "tangential_force": "tangential", "couple": "barchan_couple"}
     shallow, deep, deepest = "\n    ", "\n        ", "\n                "
     text = MODULE.format(
         law=law.name,
@@ -161,23 +165,23 @@ def module_text(law, uniform):
         arm_first=arm_first,
         arm_second=arm_second,
         wall_arm=wall_arm,
-        imports="\n".join(["from math import sqrt as barchan_sqrt", *sources.imports]),
+        imports="\n".join(["from math import sqrt as barchan_sqrt", *[COUPLES_IMPORT] * law.couple, *sources.imports]),
         functions="\n".join(sources.parts),
         flat_inputs=", ".join([*parameters, *memory]),
         arguments=", ".join(arguments),
-        outputs=", ".join(["pressing", "tangential", *(f"new_{name}" for name in history)]),
-        flat_history="".join(f", {r}" for r in returned),
-        history_names="".join(f", {n}" for n in memory),
+        outputs=", ".join(names_of_results.get(name, f"new_{name}") for name in law.returns),
+        flat_history="".join(f", {r}" for r in [*(f"barchan_couple[{c}]" for c in range(len(couple))), *returned]),
+        history_names="".join(f", {n}" for n in [*couple, *memory]),
         flat_arguments=", ".join([*parameters, *read]),
-        keep=deepest.join([*forces, *arms, *kept]),
-        keep_at_wall=deep.join([*forces, *arm_at_wall, *kept_at_wall]),
+        keep=deepest.join([*forces, *arms, *couples, *kept]),
+        keep_at_wall=deep.join([*forces, *arm_at_wall, *couples, *kept_at_wall]),
         keep_fresh="\n            ".join(moved) if memory else "pass",
         keep_fresh_at_wall=shallow.join(moved_at_wall) if memory else "pass",
         hoisted=(shallow.join(hoisted) or "pass") if uniform else "pass",
         gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),
     )
-    return text + STEPS
+    return text + STEPS.format(couples=COUPLES if law.couple else "")
 
 
 def make_loops(law, uniform):

@@ -43,6 +43,9 @@ def sum_loads(begin, number, slot, out, surface, grain, place, points, limbs):
                 _add(limbs[w], 3, ry * fz - rz * fy)
                 _add(limbs[w], 4, rz * fx - rx * fz)
                 _add(limbs[w], 5, rx * fy - ry * fx)
+                if out.shape[0] > 8:  # a law with couples: in the last three rows
+                    for row in range(3):
+                        _add(limbs[w], 3 + row, -out[out.shape[0] - 3 + row, k])
                 _add(limbs[w], 6, -(fx * nx + fy * ny + fz * nz))
                 _add(limbs[w], 7, 1.0)
         for row in range(SUMS):

@@ -26,7 +26,7 @@ def source_hash(function):
 
 def _collect(thing, pieces, seen):
     if hasattr(thing, "properties") and hasattr(thing, "mix"):  # a law: what it declares is part of it
-        pieces.append(f"{sorted(thing.properties.items())!r} {thing.history!r} {thing.lever}")
+        pieces.append(f"{sorted(thing.properties.items())!r} {thing.history!r} {thing.lever}{' couple' * thing.couple}")
         _collect(thing.mix, pieces, seen)
     plain = getattr(thing, "py_func", getattr(thing, "function", thing))
     if not isinstance(plain, types.FunctionType):

@@ -113,6 +113,11 @@ class Progress(NamedTuple):
         return cls(*(int(value) if kind is int else value for kind, value in zip(cls.__annotations__.values(), told.tolist())))
 
 
+#: What stands in it for laws with couples.
+COUPLES_IMPORT = "from barchan.kernels.couples import add_couples_alone as barchan_add_couples"
+COUPLES = """
+        not_finite += barchan_add_couples(lists.start, lists.touched, lists.incidence, slot, out, torque)"""
+
 STEPS = '''
 barchan_pair_forces = on_one_thread(pair_forces)
 barchan_wall_forces = on_one_thread(wall_forces)
@@ -173,7 +178,7 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
         barchan_order_incidence(rooms.grains, lists.changed, first, second, lists.ids, lists.wall_key, slot, lists.start,
                               lists.touched, lists.incidence, rooms.keys)
         not_finite = barchan_gather_forces(lists.start, lists.touched, lists.incidence, slot, out, place, bodies.mass,
-                                           rules.gravity, force, torque)
+                                           rules.gravity, force, torque){couples}
         ends = too_large > 0 or not_finite > 0 or (large > 0 and not rules.warned)
         total += large
         done += 1

@@ -12,7 +12,8 @@ marked in ``changed``.
 All indices are unsigned: a signed one may count from the end, and then the vectoriser gives up.
 
 Rows of ``out``: force on the first grain, n x F_t, and for lens arms the arms of both grains: a grain's torque is minus
-its arm times n x F_t (six rows instead of nine are a third less to write and read).
+its arm times n x F_t (six rows instead of nine are a third less to write and read). Of a law with couples, three more: that on
+the first grain.
 """
 
 import numpy as np

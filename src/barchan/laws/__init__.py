@@ -1,6 +1,7 @@
 """The physics of a contact: pure functions on the numbers of one contact. No arrays, no compiler, no MPI."""
 
 from barchan.laws.hertz_mindlin import hertz_mindlin, hertz_mindlin_standard
+from barchan.laws.hertz_mindlin_rolling import hertz_mindlin_constant_rolling, hertz_mindlin_rolling
 from barchan.laws.law import Law, Property, law
 from barchan.laws.shm import shm
 from barchan.laws.viscoelastic import hertz, hertz_standard, linear, linear_standard, silbert, silbert_standard
@@ -14,6 +15,8 @@ SHIPPED = {
         hertz,
         hertz_mindlin,
         shm,
+        hertz_mindlin_rolling,
+        hertz_mindlin_constant_rolling,
         silbert_standard,
         linear_standard,
         hertz_standard,
@@ -27,6 +30,8 @@ __all__ = [
     "Property",
     "hertz",
     "hertz_mindlin",
+    "hertz_mindlin_constant_rolling",
+    "hertz_mindlin_rolling",
     "hertz_mindlin_standard",
     "hertz_standard",
     "law",

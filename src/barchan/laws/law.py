@@ -3,7 +3,8 @@
 The function takes any of the quantities of ``QUANTITIES`` by name, the pair parameters that ``mix`` makes (or the law's
 material properties, mixed by the one rule of ``mix_by_rule``), and its history by name. It returns
 ``(normal_force, tangential_force, *history)``: a number, positive when it pushes the grains apart, and the tangential
-force on the first grain. Vectors are tuples of three numbers (``laws/vector.py``).
+force on the first grain; a law with couples ``(normal_force, tangential_force, couple, *history)``. Vectors are tuples of
+three numbers (``laws/vector.py``).
 """
 
 import inspect
@@ -27,6 +28,7 @@ QUANTITIES = MappingProxyType(
         "normal_velocity": (SCALAR, "length/time", "v_ij . normal, positive when parting, equation (2)"),
         "tangential_velocity": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal, equation (3)"),
         "slip_velocity_half": (VECTOR, "length/time", "slip velocity of the surfaces in the plane of normal_half"),
+        "relative_omega": (VECTOR, "1/time", "omega_first - omega_second; at a wall that of the grain, also if the wall turns"),
         "radius_first": (SCALAR, "length", "radius"),
         "radius_second": (SCALAR, "length", "radius; at a flat wall that of the grain"),
         "radius_eff": (SCALAR, "length", "R_i R_j / (R_i + R_j); at a flat wall R_i"),
@@ -73,17 +75,17 @@ class Law:
 
     Attributes: ``name``, ``function``, ``properties`` (name -> Property), ``parameters`` (names of the pair parameters),
     ``history`` (name -> width), ``lever`` ("radius": torque arm R_i, equation (10); "lens": arm to the plane in which
-    the two spheres cut each other), ``quantities`` (the names it reads).
+    the two spheres cut each other), ``couple`` (whether it returns one), ``quantities`` (the names it reads).
     """
 
-    def __init__(self, function, properties, history, lever, mix):
+    def __init__(self, function, properties, history, lever, mix, couple=False):
         if not isinstance(function, FunctionType):
             raise LawError(f"law: {shown(function)} must be a plain function (def)")
         self.function, self.name = function, function.__name__
         self.properties = self._mapping("properties", properties, "{'kn': 'force/length'}")
         self.properties = {name: self._property(name, given) for name, given in self.properties.items()}
         self.history = self._mapping("history", history, "{'slip': 3}")
-        self.lever, self.mix = lever, mix or mix_by_rule
+        self.lever, self.mix, self.couple = lever, mix or mix_by_rule, couple
         self.__doc__ = function.__doc__
         arguments = inspect.signature(function).parameters
         unusual = [str(a) for a in arguments.values() if a.kind is not a.POSITIONAL_OR_KEYWORD or a.default is not a.empty]
@@ -124,6 +126,8 @@ class Law:
             raise LawError(f"{where}: history {bad_width} must be 1 (a number) or 3 (a vector) wide")
         if self.lever not in ("radius", "lens"):
             raise LawError(f"{where}: lever = {self.lever!r}; it must be 'radius' or 'lens'")
+        if not isinstance(self.couple, bool):
+            raise LawError(f"{where}: couple = {shown(self.couple)} must be True or False")
         if not callable(self.mix):
             raise LawError(f"{where}: mix = {shown(self.mix)} must be a function of the properties of two materials")
         if self.mix is mix_by_rule:
@@ -147,9 +151,14 @@ class Law:
         return sum(self.history.values())
 
     @property
+    def returns(self):
+        """Width of all that the law returns by name, in order: forces, couple, history."""
+        return {"normal_force": SCALAR, "tangential_force": VECTOR} | ({"couple": VECTOR} if self.couple else {}) | self.history
+
+    @property
     def reads_spin(self):
         """True if the law needs angular velocities."""
-        return bool({"tangential_velocity", "slip_velocity_half"} & set(self.quantities))
+        return bool({"tangential_velocity", "slip_velocity_half", "relative_omega"} & set(self.quantities))
 
     @property
     def reads(self):
@@ -191,7 +200,7 @@ class Law:
         return complete
 
 
-def law(properties=None, history=None, lever="radius", mix=None):
+def law(properties=None, history=None, lever="radius", mix=None, couple=False):
     """Declare a contact law. See ``docs/how-to/write-a-law.md``.
 
     Args:
@@ -200,6 +209,8 @@ def law(properties=None, history=None, lever="radius", mix=None):
             while the grains touch and forgotten when they part.
         lever: torque arm, "radius" or "lens".
         mix: function (properties of one material, of the other) -> pair parameters; default ``mix_by_rule``.
+        couple: True if the function returns a couple after the tangential force: a torque on the first grain beside that of
+            the tangential force, a vector [force length]; the second feels the opposite.
 
     Raises:
         LawError: the declaration is of the wrong kind, has an unknown dimension, or does not fit to the function's arguments.
@@ -216,6 +227,6 @@ def law(properties=None, history=None, lever="radius", mix=None):
         )
 
     def decorate(function):
-        return Law(function, properties, history, lever, mix)
+        return Law(function, properties, history, lever, mix, couple)
 
     return decorate

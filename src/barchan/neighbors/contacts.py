@@ -13,6 +13,7 @@ from barchan.kernels import history as history_kernels
 from barchan.kernels import incidence as incidence_kernels
 from barchan.kernels import pairs as pair_kernels
 from barchan.kernels.compiler import shares
+from barchan.kernels.couples import add_couples
 from barchan.kernels.gather import gather_forces
 from barchan.kernels.history import NOWHERE
 from barchan.kernels.lanes import LANES
@@ -80,14 +81,15 @@ class Contacts:
             the next forces only that tells anything.
         history: (width, columns) memory of the law as seen from the first grain, in the order of ``kernels/template.py``;
             column 0 holds zeros. There is a column for each candidate of whole blocks, and for each wall contact.
-        out: (6 or 8, columns): force on the first, n x F_t, and for lens arms the arms of both (``kernels/template.py``);
-            column 0 holds zeros.
+        out: (6 to 11, columns): force on the first, n x F_t, for lens arms the arms of both, for laws with couples that on the
+            first (``kernels/template.py``); column 0 holds zeros.
         surface: (11, wall contacts) geometry of wall contacts at this step.
         computed: True once ``out`` and ``surface`` belong to this list.
     """
 
     def __init__(self, law):
-        self.history_width, self.out_rows = law.history_width, 8 if law.lever == "lens" else 6
+        self.history_width, self.couple = law.history_width, law.couple
+        self.out_rows = 6 + 2 * (law.lever == "lens") + 3 * law.couple
         self.seen = np.zeros((4, 0))
         self.first = self.second = np.zeros(0, dtype=np.uint32)
         self.wall_grain = self.wall_material = np.zeros(0, dtype=np.uint32)
@@ -378,19 +380,12 @@ class Contacts:
         return self.out[:3, self.slot[some]]
 
     def gather(self, grains, gravity):
-        """Sum the contacts of each grain into ``force`` and ``torque``; returns how many are not finite."""
-        return gather_forces(
-            self.start,
-            self.touched,
-            self.incidence,
-            self.slot,
-            self.out,
-            grains.block("place"),
-            grains.block("mass"),
-            np.array(gravity),
-            grains.block("force"),
-            grains.block("torque"),
-        )
+        """Sum the contacts of each grain into ``force`` and ``torque``; returns how many are not finite, at
+        least: 0 if all are."""
+        contacts, torque = (self.start, self.touched, self.incidence, self.slot, self.out), grains.block("torque")
+        state = (grains.block("place"), grains.block("mass"), np.array(gravity), grains.block("force"), torque)
+        bad = gather_forces(*contacts, *state)
+        return bad + add_couples(*contacts, torque) if self.couple else bad
 
 
 def _limits(setting):
