@@ -14,6 +14,7 @@ VALUES = {
     "youngs_modulus": 2e5,
     "poisson_ratio": 0.25,
     "restitution": 0.6,
+    "work_of_adhesion": 1.0,
     "rolling_friction": 0.2,
     "twisting_friction": 0.1,
 }

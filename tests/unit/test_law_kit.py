@@ -130,6 +130,21 @@ def drives_the_rotation(overlap, relative_omega, kn):
     return kn * overlap, ZERO, scale(kn * overlap, relative_omega)
 
 
+@bc.law(properties=SPRING, adhesive=True)
+def pushes_though_adhesive(overlap, kn):
+    return kn * overlap + 1.0, ZERO
+
+
+@bc.law(properties=SPRING, adhesive=True)
+def drags_though_adhesive(overlap, kn):
+    return kn * overlap - 1.0, (0.0, 1.0, 0.0)
+
+
+@bc.law(properties=SPRING)
+def pulls_undeclared(overlap, kn):
+    return kn * overlap - 1.0, ZERO
+
+
 def never_the_same(first, second):
     """Not a function of the materials: another stiffness each time it is asked."""
     return {"kn": first["kn"] * (1.0 + 1e-9 * next(STEPS))}
@@ -140,8 +155,9 @@ def forgets_its_stiffness(overlap, kn):
     return kn * overlap, ZERO
 
 
+ADHESIVE = [pushes_though_adhesive, drags_though_adhesive, pulls_undeclared]
 BROKEN = {
-    "zero at zero overlap": [pushes_from_afar, drags_from_afar, turns_from_afar],
+    "zero at zero overlap": [pushes_from_afar, drags_from_afar, turns_from_afar, *ADHESIVE],
     "finite everywhere": [
         divides_by_overlap,
         divides_by_slip,

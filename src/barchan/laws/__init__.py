@@ -1,5 +1,6 @@
 """The physics of a contact: pure functions on the numbers of one contact. No arrays, no compiler, no MPI."""
 
+from barchan.laws.dmt import dmt
 from barchan.laws.hertz_mindlin import hertz_mindlin, hertz_mindlin_standard
 from barchan.laws.hertz_mindlin_rolling import hertz_mindlin_constant_rolling, hertz_mindlin_rolling
 from barchan.laws.law import Law, Property, law
@@ -17,6 +18,7 @@ SHIPPED = {
         shm,
         hertz_mindlin_rolling,
         hertz_mindlin_constant_rolling,
+        dmt,
         silbert_standard,
         linear_standard,
         hertz_standard,
@@ -28,6 +30,7 @@ __all__ = [
     "SHIPPED",
     "Law",
     "Property",
+    "dmt",
     "hertz",
     "hertz_mindlin",
     "hertz_mindlin_constant_rolling",

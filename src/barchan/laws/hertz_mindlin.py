@@ -78,6 +78,15 @@ def mix(first, second):
     }
 
 
+def mix_with(names):
+    """The mixing of ``hertz_mindlin``, and the common rule for other properties that a law made of it has."""
+
+    def mix_all(first, second):
+        return mix(first, second) | mix_by_rule(*({name: p[name] for name in names} for p in (first, second)))
+
+    return mix_all
+
+
 def mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, E_eff, friction, alpha, shear):
     """Normal force with Tsuji's dashpot, and the shear force with its dashpot under Coulomb's limit."""
     stiffness = 4.0 / 3.0 * E_eff * a

@@ -5,8 +5,8 @@ Without rolling and twisting friction they have the bits of ``hertz_mindlin``.
 
 from math import sqrt
 
-from barchan.laws.hertz_mindlin import PROPERTIES, hertz_mindlin, mix
-from barchan.laws.law import law, mix_by_rule
+from barchan.laws.hertz_mindlin import PROPERTIES, hertz_mindlin, mix_with
+from barchan.laws.law import law
 from barchan.laws.rolling import (
     ABOUT_CENTRE,
     ABOUT_CONTACT,
@@ -19,15 +19,6 @@ from barchan.laws.rolling import (
     twisting_couple,
 )
 from barchan.laws.vector import add
-
-
-def mix_with(names):
-    """The mixing of ``hertz_mindlin``, and the common rule for other properties."""
-
-    def mix_all(first, second):
-        return mix(first, second) | mix_by_rule(*({name: p[name] for name in names} for p in (first, second)))
-
-    return mix_all
 
 
 @law(

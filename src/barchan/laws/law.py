@@ -75,10 +75,11 @@ class Law:
 
     Attributes: ``name``, ``function``, ``properties`` (name -> Property), ``parameters`` (names of the pair parameters),
     ``history`` (name -> width), ``lever`` ("radius": torque arm R_i, equation (10); "lens": arm to the plane in which
-    the two spheres cut each other), ``couple`` (whether it returns one), ``quantities`` (the names it reads).
+    the two spheres cut each other), ``couple`` (whether it returns one), ``adhesive``
+    (whether grains that just touch pull each other), ``quantities`` (the names it reads).
     """
 
-    def __init__(self, function, properties, history, lever, mix, couple=False):
+    def __init__(self, function, properties, history, lever, mix, couple=False, adhesive=False):
         if not isinstance(function, FunctionType):
             raise LawError(f"law: {shown(function)} must be a plain function (def)")
         self.function, self.name = function, function.__name__
@@ -86,6 +87,7 @@ class Law:
         self.properties = {name: self._property(name, given) for name, given in self.properties.items()}
         self.history = self._mapping("history", history, "{'slip': 3}")
         self.lever, self.mix, self.couple = lever, mix or mix_by_rule, couple
+        self.adhesive = adhesive
         self.__doc__ = function.__doc__
         arguments = inspect.signature(function).parameters
         unusual = [str(a) for a in arguments.values() if a.kind is not a.POSITIONAL_OR_KEYWORD or a.default is not a.empty]
@@ -126,8 +128,9 @@ class Law:
             raise LawError(f"{where}: history {bad_width} must be 1 (a number) or 3 (a vector) wide")
         if self.lever not in ("radius", "lens"):
             raise LawError(f"{where}: lever = {self.lever!r}; it must be 'radius' or 'lens'")
-        if not isinstance(self.couple, bool):
-            raise LawError(f"{where}: couple = {shown(self.couple)} must be True or False")
+        for name in ("couple", "adhesive"):
+            if not isinstance(getattr(self, name), bool):
+                raise LawError(f"{where}: {name} = {shown(getattr(self, name))} must be True or False")
         if not callable(self.mix):
             raise LawError(f"{where}: mix = {shown(self.mix)} must be a function of the properties of two materials")
         if self.mix is mix_by_rule:
@@ -200,7 +203,7 @@ class Law:
         return complete
 
 
-def law(properties=None, history=None, lever="radius", mix=None, couple=False):
+def law(properties=None, history=None, lever="radius", mix=None, couple=False, adhesive=False):
     """Declare a contact law. See ``docs/how-to/write-a-law.md``.
 
     Args:
@@ -211,6 +214,7 @@ def law(properties=None, history=None, lever="radius", mix=None, couple=False):
         mix: function (properties of one material, of the other) -> pair parameters; default ``mix_by_rule``.
         couple: True if the function returns a couple after the tangential force: a torque on the first grain beside that of
             the tangential force, a vector [force length]; the second feels the opposite.
+        adhesive: True if grains that just touch may pull each other; ``check_law`` then asks for no more than that.
 
     Raises:
         LawError: the declaration is of the wrong kind, has an unknown dimension, or does not fit to the function's arguments.
@@ -227,6 +231,6 @@ def law(properties=None, history=None, lever="radius", mix=None, couple=False):
         )
 
     def decorate(function):
-        return Law(function, properties, history, lever, mix, couple)
+        return Law(function, properties, history, lever, mix, couple, adhesive)
 
     return decorate
