@@ -4,6 +4,7 @@ from barchan import laws
 from barchan.actions import Feed, Inlet, Outlet
 from barchan.domain import Box
 from barchan.errors import BarchanError
+from barchan.forces import Damping
 from barchan.laws import Law, Property, law
 from barchan.materials import Material
 from barchan.simulation import Simulation
@@ -19,6 +20,7 @@ __all__ = [
     "Box",
     "Cone",
     "Cylinder",
+    "Damping",
     "Every",
     "Feed",
     "Inlet",

@@ -17,6 +17,7 @@ import numpy as np
 
 from barchan import soundness
 from barchan.errors import CheckpointError, SceneError
+from barchan.forces import Damping
 from barchan.kernels.provenance import source_hash
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel import Serial, files
@@ -81,6 +82,7 @@ def _about(sim):
         "large_overlaps": int(sim.comm.sum([sim.faults.large_overlaps])[0]),
         "notes": sim.notes,
         "gravity": gravity,
+        "damping": {name: float(value) for name, value in sim.damping._asdict().items()},
         "law": {"name": sim.law.name, "hash": source_hash(sim.law), "history": sim.law.history},
         "materials": sim.materials.describe(),
         "walls": [wall.state() for wall in sim.walls],
@@ -224,7 +226,8 @@ def _inside(group, name, kind):
 def restore(sim, path):
     """Put a state into a simulation that was built by the same script, without its grains.
 
-    Law, materials, walls and box must be those of the script; positions of walls, gravity and all grains come from the file.
+    Law, materials, walls and box must be those of the script; positions of walls, gravity, damping and all grains come from
+    the file.
 
     Raises:
         CheckpointError: the file is damaged, or belongs to another scene (the message names the first difference).
@@ -238,6 +241,7 @@ def restore(sim, path):
     raise_together(sim.comm, CheckpointError(_broken(path, fault)) if fault else None)
     if not callable(sim.gravity):
         sim.gravity = tuple(about["gravity"]["value"])
+    sim.damping = Damping(**about["damping"])
     for number, (wall, wall_state) in enumerate(zip(sim.walls, about["walls"])):
         wall.restore(wall_state)
         wall.check(sim.box, f"checkpoint {path}: wall {number}")

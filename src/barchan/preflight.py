@@ -6,6 +6,7 @@ from math import isfinite, sqrt
 import numpy as np
 
 from barchan.errors import LawError, LostGrainError, NotFiniteError, OverlapError, SceneError
+from barchan.forces import Damping
 from barchan.measure import contact_table
 
 #: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
@@ -141,6 +142,7 @@ def check_settings(sim):
         unlimited = name == "max_overlap" and value == np.inf
         if not (number and (np.isfinite(value) or unlimited) and (value > 0.0 or (zero_too and value == 0.0))):
             raise SceneError(f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0")
+    Damping.check(sim.damping, sim.dt)
 
 
 def check_prepared(what, *ready):

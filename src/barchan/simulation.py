@@ -13,7 +13,7 @@ from barchan import preflight, stepping
 from barchan.assembly import Assembly
 from barchan.errors import Interrupted, SceneError
 from barchan.faults import ALLOWED_OVERLAP, Faults
-from barchan.forces import Gravity
+from barchan.forces import Damping, Gravity
 from barchan.kernels import cells, integrate
 from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
@@ -45,9 +45,9 @@ class Simulation(Assembly):
         comm: communicator; default: whatever this program was started with.
 
     Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
-    ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``. At any
-    moment, also from a signal handler: ``stop_requested`` = True ends the run after the step at hand. ``clock`` knows where
-    the time goes.
+    ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``,
+    ``damping`` (a ``Damping``; none). At any moment, also from a signal handler: ``stop_requested`` = True ends the run after the
+    step at hand. ``clock`` knows where the time goes.
 
     Raises:
         SceneError: an argument cannot be used.
@@ -55,11 +55,11 @@ class Simulation(Assembly):
 
     def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None):
         super().__init__(box, law, materials, comm)
-        self.dt, self.gravity = dt, gravity
+        self.dt, self.gravity, self.damping = dt, gravity, Damping()
         self.threads = default_threads(self.comm.ranks_on_node) if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
         preflight.check_settings(self)
-        self._gravity = Gravity(gravity)
+        self._gravity, self._damping = Gravity(gravity), self.damping
         self.actions, self.writers = [], []
         self.step_number, self.time = 0, 0.0
         self.notes = {}
@@ -159,6 +159,7 @@ class Simulation(Assembly):
         counts.append(contacts.compute_walls(self.loops, grains, setting))
         self.touching, large, too_large = (sum(parts) for parts in zip(*counts))
         not_finite = contacts.gather(grains, self._gravity.at(self.time))
+        self._damping.apply(grains)
         self.loads.forget()
         self.faults.note(self, large, too_large, not_finite)
 
@@ -237,7 +238,7 @@ class Simulation(Assembly):
         setting, then = self._setting(self.dt), (self._list_skin, self._walls_then)
         told = np.array([0.0, 0.0, 0.0, 0.0, self.time, watch.approach, *5 * [0.0]])
         try:
-            stepping.advance(self, most, self.loops, setting, gravity.at(self.time), *then, told)
+            stepping.advance(self, most, self.loops, setting, (gravity.at(self.time), self._damping), *then, told)
         finally:  # also when Ctrl-C came meanwhile: what was done is known
             done = Progress.read(told)
             self.step_number, self.time = self.step_number + done.done, done.time
@@ -368,7 +369,7 @@ class Simulation(Assembly):
     def _take_up_settings(self):
         """Check what users set on the simulation itself, and bring in what has changed since the last run."""
         preflight.check_settings(self)
-        self._gravity = Gravity(self.gravity)
+        self._gravity, self._damping = Gravity(self.gravity), self.damping
         table = self.materials.table(self.law)
         if self.table is not None and not np.array_equal(table, self.table):
             self._primed = False  # forces with the new parameters

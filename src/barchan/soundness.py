@@ -44,6 +44,11 @@ class _UserField(_Part):
     dimension: str
 
 
+class _Damping(_Part):
+    local: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False)]
+    viscous: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+
 class _Law(_Part):
     name: str
     hash: str
@@ -68,6 +73,7 @@ class _About(_Part):
     large_overlaps: _Count
     notes: dict[str, Any]
     gravity: dict[Literal["hash", "value"], Any]
+    damping: _Damping
     law: _Law
     materials: dict[str, Any]
     walls: list[dict[str, Any]]
@@ -168,6 +174,8 @@ def value_fault(state, walls):
     loads = state.about["loads"]
     if len(loads) not in (0, len(walls)) or any(len(row) != SUMS + 2 or not np.isfinite(row).all() for row in loads):
         return f"loads of walls are not {SUMS + 2} finite numbers for each of {len(walls)} walls"
+    if loads and not state.about["forces_are_current"]:
+        return "it has loads of walls, and forces that are not those of its state"
     return None
 
 

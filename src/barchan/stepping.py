@@ -33,17 +33,18 @@ def _next_due(one, step):
     return one.next_due(step) if isinstance(one, ProgressLine) else step + 1
 
 
-def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
+def advance(sim, most, loops, setting, forces, skin, walls_then, told):
     """At most ``most`` steps of ``sim``. Grains, contacts and walls are modified, counters are not.
 
     Args:
         loops: compiled ``Loops`` of the law.
         setting: a ``Setting``.
-        gravity: three numbers [length/time^2].
+        forces: gravity, three numbers [length/time^2], and a ``Damping``.
         skin: of the list [length].
         walls_then: places of the walls at the rebuild.
         told: becomes what ``Progress`` reads, whatever interrupts this.
     """
+    gravity, damping = forces
     walls, grains, watch, frame = sim.walls, sim.grains, sim.staleness, setting.frame
     bodies = Bodies(*(grains.block(name, ghosts=name in OF_GHOSTS) for name in Bodies._fields))
     point, normal, velocity, omega = (
@@ -56,6 +57,7 @@ def advance(sim, most, loops, setting, gravity, skin, walls_then, told):
         frame.length,
         frame.half,
         np.array(gravity),
+        *map(float, damping),
         *(float(number) for number in (setting.dt, setting.allowed_overlap, setting.max_overlap)),
         float(max((wall.speed for wall in walls), default=0.0)),
         watch.allowed(skin),

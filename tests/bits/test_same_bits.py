@@ -200,6 +200,35 @@ def test_strips_of_cells(monkeypatch):
         assert_same(one_strip, other)
 
 
+def test_damped_grains(tmp_path):
+    """Damping in steps of Python and in many at once, on threads and ranks, and after a stop."""
+    law = bc.laws.hertz_mindlin_rolling
+
+    def run(gravity, threads=1, stop=None):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim = states.dense(law, threads=threads)
+            sim.gravity, sim.damping = gravity, bc.Damping(local=0.2, viscous=3.0)
+            sim.run(STEPS // 2)
+            if stop is not None:
+                save(sim, stop)
+                sim = states.empty(law, threads=threads)
+                sim.gravity = gravity
+                restore(sim, stop)
+            sim.run(STEPS // 2)
+        return collect(sim)
+
+    steady, singly = states.GRAVITY["steady"], lambda time: states.GRAVITY["steady"]
+    plain = run(steady)
+    assert differences(plain, run(steady, stop=tmp_path / "c.h5")) == []
+    assert differences(plain, run(steady, threads=2)) == [], "steps of Python"
+    one_by_one = run(singly)
+    for name, values in plain.fields.items():
+        np.testing.assert_array_equal(values, one_by_one.fields[name])
+    for ranks in (2, 3):
+        assert_same(plain, virtual_ranks(ranks, run, steady)[0])
+
+
 def test_rebuilds_before_the_first_step_after_resume(tmp_path):
     """A restored list knows its memory before any force was computed with it."""
     law = bc.laws.SHIPPED["hertz"]

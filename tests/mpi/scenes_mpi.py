@@ -23,9 +23,9 @@ def steady(**options):
 
 
 def rolling(**options):
-    """Contacts with couples, many steps in one call."""
+    """Contacts with couples and damped grains, many steps in one call."""
     sim = states.dense(bc.laws.hertz_mindlin_rolling, **options)
-    sim.gravity = states.GRAVITY["steady"]
+    sim.gravity, sim.damping = states.GRAVITY["steady"], bc.Damping(local=0.1, viscous=1.0)
     return sim
 
 

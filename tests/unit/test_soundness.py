@@ -103,6 +103,8 @@ BROKEN = {
     "default of a field": (about("user_fields", 0, "default", value=1e300), "default = 1e+300"),
     "gravity": (about("gravity", value={"value": [0.0, math.nan, 0.0]}), "gravity is neither"),
     "no gravity": (about("gravity", value={}), "gravity is neither"),
+    "damping": (about("damping", "local", value=1.0), "'damping.local' is wrong: Input should be less than 1"),
+    "loads of old forces": (about("forces_are_current", value=False), "it has loads of walls, and forces that are not those"),
     "point of a wall": (about("walls", 0, "point", value=[0.0, 0.0, math.inf]), "wall 0 is not described as a plane is"),
     "normal of a wall": (about("walls", 0, "normal", value=[0.0, 0.0, 2.0]), "wall 0 is not described as a plane is"),
     "normal across a period": (about("walls", 0, "normal", value=[1.0, 0.0, 0.0]), "leans along x, where the box is periodic"),

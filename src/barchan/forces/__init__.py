@@ -1,5 +1,6 @@
 """What acts on grains besides their contacts."""
 
+from barchan.forces.damping import Damping
 from barchan.forces.gravity import Gravity
 
-__all__ = ["Gravity"]
+__all__ = ["Damping", "Gravity"]

@@ -79,6 +79,8 @@ class Rules(NamedTuple):
     length: np.ndarray
     half: np.ndarray
     gravity: np.ndarray
+    local_damping: float
+    viscous_damping: float
     dt: float
     allowed_overlap: float
     max_overlap: float
@@ -179,6 +181,8 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
                               lists.touched, lists.incidence, rooms.keys)
         not_finite = barchan_gather_forces(lists.start, lists.touched, lists.incidence, slot, out, place, bodies.mass,
                                            rules.gravity, force, torque){couples}
+        if rules.local_damping > 0.0 or rules.viscous_damping > 0.0:
+            barchan_damp(motion, spin, rules.local_damping, rules.viscous_damping, force, torque)
         ends = too_large > 0 or not_finite > 0 or (large > 0 and not rules.warned)
         total += large
         done += 1

@@ -33,6 +33,7 @@ MODULE = '''"""Loops of the law '{law}', written by barchan. Do not edit: it is 
 {imports}
 import numpy as barchan_np
 from barchan.kernels.compiler import helper, kernel, on_one_thread, prange, widest_lanes
+from barchan.kernels.damp import damp_alone as barchan_damp
 from barchan.kernels.gather import gather_forces_alone as barchan_gather_forces
 from barchan.kernels.integrate import kick_drift_wrap_alone as barchan_kick_drift_wrap
 from barchan.kernels.integrate import approach_after as barchan_approach_after
