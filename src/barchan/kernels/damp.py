@@ -1,13 +1,15 @@
 """Damping of grains as a whole: what is taken from the sums of forces and torques before they move the grains."""
 
+from math import copysign
+
 from barchan.kernels.compiler import helper, kernel, on_one_thread, prange
 
 
 @helper
 def damped(sum_of_all, velocity, inertia, local, viscous):
     """One component of force or torque, less alpha |F| in the direction of its velocity, less c m v."""
-    direction = 1.0 if velocity > 0.0 else (-1.0 if velocity < 0.0 else 0.0)
-    return sum_of_all - local * abs(sum_of_all) * direction - viscous * inertia * velocity
+    taken = copysign(local * abs(sum_of_all), velocity) if velocity != 0.0 else 0.0
+    return sum_of_all - taken - viscous * inertia * velocity
 
 
 @kernel(parallel=True)
