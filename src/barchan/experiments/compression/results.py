@@ -86,10 +86,10 @@ def _differences(scene):
 def _checks(scene, load, sittings):
     checks, rows = [], loading(scene, load)
     if rows.any():
-        error = errors(scene, load)
-        said = f"{100.0 * error.max():.2f} % rms on the {WALLS[int(np.argmax(error))]} wall"
+        error = errors(scene, load).tolist()
+        said = f"{100.0 * max(error):.2f} % rms on the {WALLS[int(np.argmax(error))]} wall"
         checks.append(
-            Check("walls follow the target", said, f"{100.0 * FOLLOWED:g} %, after the first 5 %", error.max() <= FOLLOWED)
+            Check("walls follow the target", said, f"{100.0 * FOLLOWED:g} %, after the first 5 %", max(error) <= FOLLOWED)
         )
         inertial = float(load["inertial number [1]"][rows].max())
         checks.append(Check("quasi-static", f"inertial number {inertial:.1e}", f"{QUASI_STATIC:g}", inertial <= QUASI_STATIC))
