@@ -5,6 +5,7 @@ import typer
 from barchan import units
 from barchan.cli import app
 from barchan.experiments.avalanche.parameters import PAPER, Avalanche
+from barchan.experiments.compression import parameters as compression
 from barchan.laws import SHIPPED
 
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
@@ -38,6 +39,11 @@ def parameters(scene=Avalanche, paper=PAPER):
     return _table(("parameter", "default", "allowed", "in the paper", "meaning"), rows)
 
 
+def parameters_of_compression():
+    """The parameters of the compression test as a table."""
+    return parameters(compression.Compression, compression.PAPER)
+
+
 def laws():
     """The laws that come with barchan as a table."""
     rows = (
@@ -48,7 +54,7 @@ def laws():
 
 
 def _fill(sphinx, page, source):
-    for part in (commands, parameters, laws):
+    for part in (commands, parameters, parameters_of_compression, laws):
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())
 
 

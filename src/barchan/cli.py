@@ -85,7 +85,7 @@ def compression(
     end_stress: Annotated[str | None, typer.Option(help="stress on all walls at the end [100 kPa]")] = None,
     dt: Annotated[str | None, typer.Option(help="time step [1.8 us]")] = None,
     controller: Annotated[str | None, typer.Option(help="servo, which finds its gain, or proportional [servo]")] = None,
-    gain: Annotated[str | None, typer.Option(help="of the proportional controller [0.05 m/N/s]")] = None,
+    gain: Annotated[str | None, typer.Option(help="of the proportional controller [0.01 m/N/s]")] = None,
     seed: Annotated[str | None, typer.Option(help="of radii and first velocities [1]")] = None,
     threads: Threads = None,
     out: Out = None,

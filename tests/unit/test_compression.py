@@ -82,7 +82,7 @@ def test_checks_tell_a_wall_that_follows_from_one_that_does_not(noise, follows, 
     assert found["quasi-static"].passed and found["overlap"].passed and found["lost grains"].passed
     load = load_series(scene, tmp_path)
     assert errors(scene, load)[WALLS.index("back")] == pytest.approx(noise) and errors(scene, load)[0] == 0.0
-    assert load["volumetric strain [1]"][-1] == pytest.approx(-3.0 * np.log(0.99), rel=1e-3)
+    assert load["volumetric strain [1]"][-1] == pytest.approx(-3.0 * np.log(0.99), rel=1e-2)
 
 
 def test_without_a_table_nothing_is_concluded(tmp_path):

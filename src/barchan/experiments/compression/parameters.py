@@ -42,7 +42,7 @@ class Compression(Scene):
     end_stress: float = quantity(100e3, "Pa", "stress on all walls at the end", gt=0.0, le=1e12)
     stress_rate: float = quantity(2e6, "Pa/s", "rate at which the stress grows", gt=0.0, le=1e15)
     controller: Literal["servo", "proportional"] = Field("servo", description="what moves the walls")
-    gain: float = quantity(0.05, "m/N/s", "of the proportional controller", gt=0.0, le=1e9)
+    gain: float = quantity(0.01, "m/N/s", "of the proportional controller", gt=0.0, le=1e9)
     dt: float = quantity(1.8e-6, "s", "time step", ge=1e-12, le=1.0)
     table_every: float = quantity(1e-4, "s", "time between rows of the table while the sample is loaded", gt=0.0, le=1e4)
     frame_every: float = quantity(1e-2, "s", "time between frames of grains", gt=0.0, le=1e4)
