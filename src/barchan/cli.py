@@ -94,16 +94,30 @@ def compression(
     checkpoint_every: CheckpointEvery = 20_000,
 ):
     """A sample under six stress-controlled walls (Marketos et al. 2013). Values may have units: --end-stress 50kPa."""
-    given = {
-        "grains": grains,
-        "stress_rate": stress_rate,
-        "end_stress": end_stress,
-        "dt": dt,
-        "controller": controller,
-        "gain": gain,
-        "seed": seed,
-    }
+    given = {"grains": grains, "stress_rate": stress_rate, "end_stress": end_stress, "dt": dt}
+    given |= {"controller": controller, "gain": gain, "seed": seed}
     _run("compression", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
+def repose(
+    method: Annotated[str | None, typer.Option(help="what is lifted, cylinder or plate [cylinder]")] = None,
+    grains: Annotated[str | None, typer.Option(help="number of grains [3000]")] = None,
+    friction: Annotated[str | None, typer.Option(help="between grains [0.5]")] = None,
+    lift_speed: Annotated[str | None, typer.Option(help="of cylinder or plate [0.05 m/s]")] = None,
+    duration: Annotated[str | None, typer.Option(help="simulated time after the lift [0.5 s]")] = None,
+    equilibrate: Annotated[str | None, typer.Option(help="simulated time before the lift [0.4 s]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and places [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 5000,
+):
+    """The angle of repose, by lifting a cylinder or a plate from around grains. Values may have units: --lift-speed 2cm/s."""
+    given = {"method": method, "grains": grains, "friction": friction, "lift_speed": lift_speed}
+    given |= {"duration": duration, "equilibrate": equilibrate, "seed": seed}
+    _run("repose", given, set_, out, resume, _manner(threads, checkpoint_every))
 
 
 @run_app.command(hidden=True)

@@ -2,6 +2,7 @@
 
 from barchan.experiments.avalanche import AVALANCHE
 from barchan.experiments.compression import COMPRESSION
+from barchan.experiments.repose import REPOSE
 
 #: All experiments by name.
-EXPERIMENTS = {experiment.name: experiment for experiment in (AVALANCHE, COMPRESSION)}
+EXPERIMENTS = {experiment.name: experiment for experiment in (AVALANCHE, COMPRESSION, REPOSE)}
