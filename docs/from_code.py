@@ -6,6 +6,7 @@ from barchan import units
 from barchan.cli import app
 from barchan.experiments.avalanche.parameters import PAPER, Avalanche
 from barchan.experiments.compression import parameters as compression
+from barchan.experiments.repose import Repose
 from barchan.laws import SHIPPED
 
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
@@ -30,13 +31,19 @@ def parameters(scene=Avalanche, paper=PAPER):
 
     Args:
         scene: a ``Scene`` class.
-        paper: parameter -> value in the paper, in the unit of the parameter.
+        paper: parameter -> value in the paper, in the unit of the parameter; None where there is no paper.
     """
-    rows = (
-        (f"`{name}`", _value(field, field.default), _allowed(field), _value(field, paper.get(name)), field.description)
-        for name, field in scene.model_fields.items()
-    )
-    return _table(("parameter", "default", "allowed", "in the paper", "meaning"), rows)
+    head, rows = ["parameter", "default", "allowed", "meaning"], []
+    for name, field in scene.model_fields.items():
+        rows.append([f"`{name}`", _value(field, field.default), _allowed(field), field.description])
+        if paper is not None:
+            rows[-1].insert(3, _value(field, paper.get(name)))
+    return _table([*head[:3], "in the paper", head[3]] if paper is not None else head, rows)
+
+
+def parameters_of_repose():
+    """The parameters of the angle of repose as a table."""
+    return parameters(Repose, None)
 
 
 def parameters_of_compression():
@@ -54,7 +61,7 @@ def laws():
 
 
 def _fill(sphinx, page, source):
-    for part in (commands, parameters, parameters_of_compression, laws):
+    for part in (commands, parameters, parameters_of_compression, parameters_of_repose, laws):
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())
 
 

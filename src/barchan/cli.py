@@ -105,7 +105,7 @@ def repose(
     grains: Annotated[str | None, typer.Option(help="number of grains [3000]")] = None,
     friction: Annotated[str | None, typer.Option(help="between grains [0.5]")] = None,
     lift_speed: Annotated[str | None, typer.Option(help="of cylinder or plate [0.05 m/s]")] = None,
-    duration: Annotated[str | None, typer.Option(help="simulated time after the lift [0.5 s]")] = None,
+    duration: Annotated[str | None, typer.Option(help="simulated time after the lift [0.3 s]")] = None,
     equilibrate: Annotated[str | None, typer.Option(help="simulated time before the lift [0.4 s]")] = None,
     seed: Annotated[str | None, typer.Option(help="of radii and places [1]")] = None,
     threads: Threads = None,

@@ -5,10 +5,9 @@ import pytest
 from barchan.experiments.repose import Repose, build, instruments, stages
 from barchan.parallel import virtual_ranks
 
-#: Few soft grains on a smooth floor, so small that some leave over its edge; in a strong gravity, so that it takes few steps.
+#: Few grains on a smooth floor, so small that some leave over its edge; in a strong gravity, so that it takes few steps.
 SCENE = {
     "grains": 150,
-    "youngs_modulus": "5 MPa",
     "cylinder_radius": "18 mm",
     "length": "25 mm",
     "width": "40 mm",

@@ -11,13 +11,13 @@ from barchan.experiments.repose.setup import LIFTED, floor_grains, start
 #: Softer than the default, so that a pile takes seconds.
 SMALL = {
     "grains": 400,
-    "youngs_modulus": "3 MPa",
+    "youngs_modulus": "6 MPa",
     "cylinder_radius": "20 mm",
     "length": "25 mm",
     "width": "50 mm",
     "floor": "80 mm",
     "lift_speed": "0.2 m/s",
-    "dt": "40 us",
+    "dt": "30 us",
     "equilibrate": "0.3 s",
     "duration": "0.4 s",
 }

@@ -33,13 +33,14 @@ def slices(scene, there, shapes, path):
     widest = 1.2 * max(shape.pile.run_out for shape in shapes) + 4.0 * scene.diameter
     start = pictures[0].fields["start_height"]
     left = -widest if scene.method == "cylinder" else -2.0 * scene.diameter
-    size = (7.0, 0.9 + len(pictures) * (0.35 + 6.0 * (highest + 3.0 * scene.diameter) / (widest - left)))
+    size = (7.0, 0.5 + len(pictures) * (0.4 + 5.5 * (highest + 3.0 * scene.diameter) / (widest - left)))
     with figure(path, len(pictures), 1, size=size, sharex=True, sharey=True, squeeze=False) as (drawing, axes):
-        for axis, frame in zip(axes[:, 0], pictures):
+        for number, (axis, frame) in enumerate(zip(axes[:, 0], pictures)):
             discs = _slice(axis, frame.fields, scene, (0.0, float(start.max())))
             _standing(axis, scene, frame, highest)
             since = frame.time - scene.lift_step * scene.dt
-            axis.set_title(f"{max(since, 0.0):.2f} s after the begin of the lift", loc="left", fontsize=9)
+            title = f"{since:.2f} s after the lift began" if since > 0.5 * scene.dt else "before the lift"
+            axis.set_title(f"({chr(97 + number)})  {title}", loc="left", fontsize=9)
             axis.set(xlim=(1e3 * left, 1e3 * widest), ylim=(-1.5e3 * scene.diameter, 1.03e3 * highest), aspect="equal")
             axis.set_ylabel("height [mm]")
             axis.grid(False)
