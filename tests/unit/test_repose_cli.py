@@ -1,4 +1,4 @@
-"""The angle of repose from the command line: it leaves tables, figures and a summary, stops, resumes, and refuses what cannot be."""
+"""The angle of repose from the command line: it leaves tables, figures and a summary, resumes, and refuses what cannot be."""
 
 import shutil
 
