@@ -12,10 +12,10 @@ from barchan.kernels.damp import damp
 class Damping(NamedTuple):
     """Damping of all grains that are not frozen: none, unless it is asked for.
 
-    ``local``: alpha, 0 to below 1: each component F of the force on a grain, gravity included, and of its torque becomes
-    ``F - alpha |F| sign(v)``. It takes nothing from steady motion, a share of what is out of balance from all others, and acts
-    alike at all frequencies; falling grains fall too slowly. Source: Cundall 1987, in Analytical and Computational Methods in
-    Engineering Rock Mechanics, chapter 4; as in PFC, with alpha 0.7.
+    ``local``: alpha, 0 to below 1: each component of the force on a grain, gravity included, and of its torque loses alpha times
+    its size in the direction of its velocity. It takes nothing from steady motion, a share of what is out of balance from all
+    others, and acts alike at all frequencies; falling grains fall too slowly. Source: Cundall 1987, in Analytical and
+    Computational Methods in Engineering Rock Mechanics, chapter 4; as in PFC, with alpha 0.7.
 
     ``viscous``: c [1/time], of which each velocity decays as exp(-c t): the force c m v, the torque c I omega, against them.
 
