@@ -1,4 +1,4 @@
-"""Small scenes of every kind of flow, for several ranks and for one: dense, gas, chute, avalanche."""
+"""Small scenes of every kind of flow, for several ranks and for one: dense, gas, chute, laboratory, avalanche."""
 
 import warnings
 
@@ -8,6 +8,7 @@ import states
 import barchan as bc
 from barchan.checkpoint import collect
 from barchan.experiments.avalanche import Avalanche, build, stages
+from barchan.walls import Massive, Path, Proportional, Servo, Vibration
 
 
 def dense(**options):
@@ -54,6 +55,35 @@ def chute(**options):
     return sim
 
 
+def laboratory(**options):
+    """All kinds of walls and controls at once, a law with couples, two materials, damping, grains that come and go."""
+    law = bc.laws.hertz_mindlin_rolling
+    sim = bc.Simulation(bc.Box((-2, -2, -2), (14, 14, 20)), law, states.materials(law), 3e-4, (0.5, 0.2, -3.0), **options)
+    sim.max_overlap, sim.damping = 1.0, bc.Damping(local=0.1, viscous=0.2)
+    random = np.random.default_rng(5)
+    cells = np.stack(np.meshgrid(*map(np.arange, (9, 9, 6)), indexing="ij"), axis=-1).reshape(-1, 3)
+    cells = cells[((cells[:, :2] - 4) ** 2).sum(axis=1) < 15.5] + 1.0
+    material = random.integers(0, 2, len(cells))
+    velocity = random.normal(0.0, 3.0, cells.shape)
+    sim.add_grains(cells + random.uniform(-0.05, 0.05, cells.shape), random.uniform(0.4, 0.5, len(cells)), material, velocity)
+    side = sim.add_wall(bc.Cylinder((5, 5, 0), (0, 0, 1), 4.5, omega=(0, 0, 2.0), material="m1"))
+    floor = sim.add_wall(bc.Plane((5, 5, 0.5), (0, 0, 1), omega=(0.1, 0, 0)))
+    top = sim.add_wall(bc.Plane((0, 0, 6.5), (0, 0, -1), velocity=(0.5, 0, 0)))
+    ball = sim.add_wall(bc.Sphere((5.1, 4.9, 3.5), 0.4, inside=False))
+    cone = sim.add_wall(bc.Cone((5, 5, 1.4), (0, 0, 1), 1.0, 3.0, 1.5, omega=(0, 0, 1), material="m1"))
+    side.control = Servo(max_speed=2.0, stress=lambda sim: 50.0 + 1000.0 * sim.time, area=lambda sim: 6.0 * side.radius)
+    top.control = Massive(mass=20.0, damping=5.0, force=100.0)
+    floor.control = Vibration((0.05, 0, 0.02), 25.0)
+    ball.control = Proportional(1e-3, force=50.0, max_speed=3.0, start=20)
+    cone.control = Path(lambda time: (0, 0, 0.2 * time))
+    feed = bc.Feed(radius=0.3, rate=200.0, total=6, material="m1", velocity=(0, 0, -1))
+    sim.actions = [
+        bc.Inlet("from above", ((1, 1, 10), (9, 9, 12)), feed, bc.Every(30)),
+        bc.Outlet("to the side", (9.2, 0, 0), (1, 0, 0), bc.Every(10)),
+    ]
+    return sim
+
+
 def avalanche(threads=1, comm=None):
     """The experiment, coarse and short: its right wall is removed after 150 steps."""
     scene = Avalanche.make({"coarse_graining": 12.0, "equilibrate": 0.004, "duration": 0.006})
@@ -66,7 +96,7 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-SCENES = {"dense": dense, "steady": steady, "rolling": rolling, "gas": gas, "chute": chute}
+SCENES = {"dense": dense, "steady": steady, "rolling": rolling, "gas": gas, "chute": chute, "laboratory": laboratory}
 
 
 def state_after(name, steps, change=None, **options):
