@@ -1,5 +1,4 @@
-"""The servo follows a ramp of stress on six sides without tuning, whatever the sample: few grains or many, soft or stiff, loose or
-dense."""
+"""The servo follows a ramp of stress on six sides without tuning: few grains or many, soft or stiff, loose or dense."""
 
 import numpy as np
 import pytest
