@@ -21,6 +21,7 @@ def instruments(scene, directory):
     """
     rained = scene.ends[0]
     row, frame = (max(scene.steps(time), 1) for time in (scene.table_every, scene.frame_every))
+    row |= 1  # an odd number: so that a stress that changes with every step is seen to
     return [
         Table(directory / "tables" / "rain.csv", At(*range(rained, 0, -max(rained // RAIN_ROWS, 1))), rain_row),
         Table(directory / "tables" / "load.csv", Every(row, start=rained + row), lambda sim: load_row(sim, scene)),
