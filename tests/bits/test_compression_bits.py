@@ -1,9 +1,9 @@
 """A compression test leaves the same files on any number of threads and ranks, and when it was stopped and resumed."""
 
 import pytest
+from staged import files, run
 
-from barchan.checkpoint import restore, save
-from barchan.experiments.compression import Compression, build, instruments, stages
+from barchan.experiments.compression import COMPRESSION
 from barchan.parallel import virtual_ranks
 
 #: A few grains, loaded fast.
@@ -20,41 +20,16 @@ SCENE = {
 }
 
 
-def run(directory, threads, stop=None):
-    """Run it all, or from a checkpoint at a step on; the instruments write into ``directory``."""
-    scene = Compression.make(SCENE)
-    sim = build(scene, threads=threads)
-    sim.writers = instruments(scene, directory)
-    for stage in stages(scene):
-        stage.begin(sim)
-        if stop is not None and sim.step_number <= stop < stage.end:
-            sim.run(stop - sim.step_number)
-            save(sim, directory / "stop.h5")
-            sim = build(scene, threads=threads, with_grains=False)
-            restore(sim, directory / "stop.h5")
-            sim.writers = instruments(scene, directory)
-        sim.run(stage.end - sim.step_number)
-    save(sim, directory / "end.h5")
-
-
-def files(directory):
-    return {
-        str(path.relative_to(directory)): path.read_bytes()
-        for path in directory.rglob("*")
-        if path.is_file() and path.name != "stop.h5"
-    }
-
-
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     out = tmp_path_factory.mktemp("alone")
-    run(out, 1)
+    run(COMPRESSION, SCENE, out, 1)
     return files(out)
 
 
 @pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), (1, 3, None), (1, 2, 10_003), (1, 1, 8_500)])
 def test_threads_ranks_and_a_stop_change_no_byte(alone, tmp_path, threads, ranks, stop):
     """Stopped while the walls are loaded, between two looks of the servo, and while they are seated."""
-    virtual_ranks(ranks, run, tmp_path, threads, stop)
+    virtual_ranks(ranks, run, COMPRESSION, SCENE, tmp_path, threads, stop)
     assert files(tmp_path) == alone
     assert alone["tables/load.csv"].count(b"\n") > 10

@@ -48,6 +48,11 @@ class Cell(NamedTuple):
         low, high = zip(*((one.point[axis], other.point[axis]) for axis, (one, other) in enumerate(self.pairs())))
         return np.array(low), np.array(high)
 
+    def closing_rates(self):
+        """Rates of strain along x, y and z, (3,), positive where walls come closer [1/time]."""
+        low, high = self.corners()
+        return np.array([[wall.velocity @ wall.normal for wall in pair] for pair in self.pairs()]).sum(axis=1) / (high - low)
+
     def stresses(self, sim):
         """Stress on each wall, (6,): pressing force over the area between the others [force/length^2]."""
         return np.array([wall.pressing / self.area(axis)(sim) for axis, pair in enumerate(self.pairs()) for wall in pair])

@@ -154,7 +154,7 @@ def default_threads(processes=1):
 
 
 #: Kernels of a scene that starts with an empty cache, and those that only several ranks need.
-_KERNELS, _OF_RANKS = 40, 4
+_KERNELS, _OF_RANKS = 41, 3
 
 
 class _Kernels(event.Listener):
