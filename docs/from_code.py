@@ -6,6 +6,7 @@ from barchan import units
 from barchan.cli import app
 from barchan.experiments.avalanche.parameters import PAPER, Avalanche
 from barchan.experiments.compression import parameters as compression
+from barchan.experiments.oedometer import Oedometer
 from barchan.experiments.repose import Repose
 from barchan.laws import SHIPPED
 
@@ -51,6 +52,11 @@ def parameters_of_compression():
     return parameters(compression.Compression, compression.PAPER)
 
 
+def parameters_of_oedometer():
+    """The parameters of the oedometer as a table."""
+    return parameters(Oedometer, None)
+
+
 def laws():
     """The laws that come with barchan as a table."""
     rows = (
@@ -61,7 +67,8 @@ def laws():
 
 
 def _fill(sphinx, page, source):
-    for part in (commands, parameters, parameters_of_compression, parameters_of_repose, laws):
+    parts = (commands, parameters, parameters_of_compression, parameters_of_oedometer, parameters_of_repose, laws)
+    for part in parts:
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())
 
 

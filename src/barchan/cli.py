@@ -100,6 +100,27 @@ def compression(
 
 
 @run_app.command()
+def oedometer(
+    grains: Annotated[str | None, typer.Option(help="about how many grains rain [3000]")] = None,
+    stress_rate: Annotated[str | None, typer.Option(help="rate at which the stress grows and is taken back [1.5e6 Pa/s]")] = None,
+    max_stress: Annotated[str | None, typer.Option(help="largest stress on the top [120 kPa]")] = None,
+    end_stress: Annotated[str | None, typer.Option(help="stress on the top after unloading [20 kPa]")] = None,
+    wall_friction: Annotated[str | None, typer.Option(help="friction coefficient of walls [0]")] = None,
+    dt: Annotated[str | None, typer.Option(help="time step [2 us]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and first velocities [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 20_000,
+):
+    """One-dimensional compression in an oedometer, with unloading. Values may have units: --max-stress 100kPa."""
+    given = {"grains": grains, "stress_rate": stress_rate, "max_stress": max_stress, "end_stress": end_stress}
+    given |= {"wall_friction": wall_friction, "dt": dt, "seed": seed}
+    _run("oedometer", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
 def repose(
     method: Annotated[str | None, typer.Option(help="what is lifted, cylinder or plate [cylinder]")] = None,
     grains: Annotated[str | None, typer.Option(help="number of grains [3000]")] = None,
