@@ -11,11 +11,10 @@ run: $(VENV)/.installed
 	$(BIN)/barchan run avalanche
 
 test: lint $(VENV)/.tested
-	$(BIN)/barchan compile
+	$(BIN)/barchan compile & compiling=$$!; NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -q -m nojit tests/unit && wait $$compiling
 	$(BIN)/python -m pytest -n 2 --dist worksteal tests src examples
 	$(BIN)/mpiexec -n 2 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
 	$(BIN)/mpiexec -n 4 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -q -m nojit tests/unit
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -q -m "bounds and not validate" tests/reference tests/unit/test_fuzz_checkpoint.py
 
 lint: $(VENV)/.tested

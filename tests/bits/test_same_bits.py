@@ -174,10 +174,10 @@ def test_ctrl_c_while_many_steps_are_made_in_one_call(steps, monkeypatch):
             right.advance(steps, *arguments)
             raise KeyboardInterrupt
 
-        monkeypatch.setattr(stopped, "_loops", right._replace(advance=interrupted))
+        monkeypatch.setattr(stopped, "loops", right._replace(advance=interrupted))
         with pytest.raises(KeyboardInterrupt):
             stopped.run(40)
-        monkeypatch.setattr(stopped, "_loops", right)
+        monkeypatch.setattr(stopped, "loops", right)
         assert stopped.step_number == steps
         stopped.run(40 - steps)
     assert_same(collect(whole), collect(stopped))

@@ -83,7 +83,9 @@ BROKEN = {
 }
 
 
+@pytest.mark.validate
 def test_all_pass_and_each_has_a_line():
+    """That all pass the page on the command sees, too: it is run by the tests of the pages."""
     lines = []
     assert selftest.run(lines.append, threads=2)
     for check in selftest.checks():
