@@ -143,6 +143,14 @@ def check_settings(sim):
         if not (number and (np.isfinite(value) or unlimited) and (value > 0.0 or (zero_too and value == 0.0))):
             raise SceneError(f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0")
     Damping.check(sim.damping, sim.dt)
+    seen = {}
+    for number, wall in enumerate(sim.walls):
+        first = seen.setdefault(id(wall.control), number) if getattr(wall.control, "memory", ()) else number
+        if first != number:
+            raise SceneError(
+                f"walls {first} and {number} share one {type(wall.control).__name__}, whose memory is that of one wall; give each "
+                f"its own"
+            )
 
 
 def check_prepared(what, *ready):

@@ -101,6 +101,9 @@ class Simulation(Assembly):
         preflight.check_prepared("step", self.loops, self._primed)
         use_threads(self.threads, self.grains.n)
         self.clock.start()
+        if begun is None:
+            for wall in self.walls:
+                wall.steer(self)  # by what grains do to it at n
         self._in_step = True
         motion = begun or self._move()
         self.step_number += 1
@@ -257,27 +260,12 @@ class Simulation(Assembly):
         return Setting(len(self.materials), self.table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
 
     def _move(self):
-        for wall in self.walls:
-            wall.steer(self)  # by what grains do to it at n
-        motion = self._kick_drift_wrap()  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
+        frame = self.box.frame
+        blocks = [self.grains.block(name) for name in ("place", "motion", "spin", "image", "force", "torque")]
+        motion = integrate.kick_drift_wrap(*blocks, *frame, self.dt)  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
             wall.move(self.dt)  # walls: n -> n+1
         return motion
-
-    def _kick_drift_wrap(self):
-        grains, frame = self.grains, self.box.frame
-        return integrate.kick_drift_wrap(
-            grains.block("place"),
-            grains.block("motion"),
-            grains.block("spin"),
-            grains.block("image"),
-            grains.block("force"),
-            grains.block("torque"),
-            frame.low,
-            frame.length,
-            frame.half,
-            self.dt,
-        )
 
     def _is_stale(self, motion):
         """Whether to rebuild, and whether any rank has to stop: one reduction decides both for all ranks."""

@@ -154,7 +154,7 @@ def value_fault(state, walls):
 
     Args:
         state: a ``checkpoint.State``.
-        walls: states of the walls of the simulation that would go on, as ``Plane.state`` gives them.
+        walls: states of the walls of the simulation that would go on, as ``Wall.state`` gives them.
     """
     low, high = (np.array(state.about["box"][side]) for side in ("low", "high"))
     position = state.fields["position"]
@@ -171,6 +171,11 @@ def value_fault(state, walls):
         units = [there[name] for name in ("normal", "half", "axis") if name in there] if _alike(there, here) else [[0.0]]
         if any(abs(sum(n**2 for n in unit) - 1.0) > 1e-9 for unit in units) or there["key"] != here["key"]:
             return f"wall {number} is not described as a {here['kind']} is"
+        small = [name for name in ("radius", "radius_low", "radius_high", "length") if there.get(name, 1.0) < 0.0]
+        if small or there.get("radius", 1.0) == 0.0:
+            return (
+                f"wall {number}, a {here['kind']}, has {small[0] if small else 'radius'} = {there[small[0]] if small else 0.0:g}"
+            )
     loads = state.about["loads"]
     if len(loads) not in (0, len(walls)) or any(len(row) != SUMS + 2 or not np.isfinite(row).all() for row in loads):
         return f"loads of walls are not {SUMS + 2} finite numbers for each of {len(walls)} walls"

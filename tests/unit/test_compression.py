@@ -8,8 +8,8 @@ import pytest
 from barchan.errors import SceneError
 from barchan.experiments import session
 from barchan.experiments.cell import WALLS, Cell
-from barchan.experiments.cell_results import errors, load_series
-from barchan.experiments.cell_scene import Lattice
+from barchan.experiments.cell.results import errors, load_series
+from barchan.experiments.cell.scene import Lattice
 from barchan.experiments.compression import COMPRESSION, Compression, build, results
 from barchan.experiments.compression.results import loading
 from barchan.report import Journal

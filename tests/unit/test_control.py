@@ -1,13 +1,15 @@
 """Walls that follow a path or a force: closed forms, signs, what is refused, and the same bits on ranks and after a resume."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
+from fuzzing import write_state
 from scenes import fingerprint, simulation
 
 import barchan as bc
-from barchan.checkpoint import collect, restore, save
+from barchan.checkpoint import collect, read_state, restore, save
 from barchan.compare import differences
 from barchan.errors import CheckpointError, SceneError
 from barchan.parallel import virtual_ranks
@@ -280,6 +282,14 @@ def test_a_control_of_ones_own_with_a_memory(tmp_path):
         (lambda: Proportional(0.0, force=1.0), "Proportional: gain = 0.0"),
         (lambda: Massive(0.0, force=1.0), "Massive: mass = 0.0"),
         (lambda: Massive(1.0, -1.0, force=1.0), "Massive: damping = -1.0"),
+        (lambda: Servo(1.0, force=np.nan), r"Servo: force = nan \[force\] must be a finite number"),
+        (
+            lambda: Servo(1.0, stress="100 kPa", area=1.0),
+            r"Servo: stress = '100 kPa' \[force/length\^2\] must be a finite number",
+        ),
+        (lambda: Servo(1.0, stress=1.0, area=np.inf), "Servo: area = inf"),
+        (lambda: Servo(1.0, force=1.0, start=-1), r"Servo: start = -1 \[steps\] must be a whole number >= 0"),
+        (lambda: Servo(1.0, force=1.0, start=1.5), "Servo: start = 1.5"),
         (lambda: Path(3.0), "Path: offset = 3.0 must be a function of time"),
         (lambda: Vibration((0, 0), 1.0), "Vibration: amplitude"),
         (lambda: Vibration((0, 0, 1), -1.0), "Vibration: frequency = -1.0"),
@@ -292,11 +302,25 @@ def test_what_is_no_control_is_refused(make, message):
 
 
 @pytest.mark.nojit
-def test_a_target_that_is_no_number_stops_the_run_and_says_when():
+def test_a_target_that_is_no_number_stops_the_run_before_the_step_and_says_when():
     sim, _ = lid(Servo(1.0, force=lambda sim: np.nan if sim.step_number == 7 else 1.0))
     with pytest.raises(SceneError, match=r"Servo, t = 0.0007: force = .*nan.* \[force\] must be a finite number"):
         sim.run(20)
     assert sim.step_number == 7
+    sim.walls[1].control = None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # no step was broken off
+        sim.run(1)
+
+
+def test_a_control_with_a_memory_belongs_to_one_wall():
+    sim, wall = lid(Servo(1.0, force=30.0))
+    sim.walls[0].control = wall.control
+    with pytest.raises(SceneError, match="walls 0 and 1 share one Servo, whose memory is that of one wall; give each its own"):
+        sim.run(1)
+    for one in sim.walls:
+        one.control = Proportional(1e-3, force=30.0) if one is wall else wall.control
+    sim.run(1)
 
 
 def test_a_control_begins_at_its_first_step():
@@ -307,3 +331,17 @@ def test_a_control_begins_at_its_first_step():
     assert wall.point[2] == pytest.approx(3.0 - 40e-4 * 0.5, rel=1e-14)
     sim.run(10)
     assert wall.point[2] == pytest.approx(3.0 - 40e-4 * 0.5 - 10e-4 * 2.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("number", "name", "value"), [(0, "radius", -3.0), (0, "radius", 0.0), (4, "length", -1.0), (4, "radius_low", -0.5)]
+)
+def test_a_checkpoint_with_a_wall_that_cannot_be_is_refused(number, name, value, tmp_path):
+    save(cell(), tmp_path / "c.h5")
+    state = read_state(tmp_path / "c.h5")
+    state.about["walls"][number][name] = value
+    write_state(state, tmp_path / "c.h5")
+    sim = cell()
+    sim.remove(sim.grains.id.copy())
+    with pytest.raises(CheckpointError, match=f"wall {number}, a .*, has {name} = "):
+        restore(sim, tmp_path / "c.h5")

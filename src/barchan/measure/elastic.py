@@ -9,10 +9,10 @@ normal force has a memory has no such energy; what comes out then means nothing.
 
 import numpy as np
 
-from barchan.kernels.generate import make_loops
 from barchan.kernels.lanes import LANES
 from barchan.kernels.template import block_rooms, whole_blocks
 from barchan.measure.touching import touching_pairs, touching_walls
+from barchan.walls.response import alone
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
@@ -22,12 +22,10 @@ _POINTS = tuple(((0.5 + 0.5 * x) ** 2, w * (0.5 + 0.5 * x)) for x, w in zip(_NOD
 
 def elastic_energies(sim):
     """Energies of this rank's contacts that touch, each contact on one rank, (k,) [force length]."""
-    loops = make_loops(sim.law, len(sim.materials) == 1)
-    table = sim.materials.table(sim.law)
     return np.concatenate(
         [
-            *(_of_pairs(sim, loops, table, pairs) for pairs in touching_pairs(sim)),
-            _of_walls(sim, loops, table, touching_walls(sim)),
+            *(_of_pairs(sim, pairs) for pairs in touching_pairs(sim)),
+            _of_walls(sim, touching_walls(sim)),
         ]
     )
 
@@ -49,7 +47,7 @@ def _for_lanes(values):
     return np.concatenate([values, np.zeros(LANES, values.dtype)])[: len(values)]
 
 
-def _of_pairs(sim, loops, table, pairs):
+def _of_pairs(sim, pairs):
     """Grain 2 c stands alone with grain 2 c + 1, along x and at rest."""
     grains, count = sim.grains, len(pairs.first)
     rows = np.stack([pairs.first, pairs.second], axis=1).ravel()
@@ -60,35 +58,17 @@ def _of_pairs(sim, loops, table, pairs):
     first, second = (_for_lanes(np.arange(side, 2 * count, 2, dtype=np.uint32)) for side in (0, 1))
     parts, *rooms = block_rooms(count, sim.contacts.history_width)
     candidates = (parts, first, second, np.uint32(2 * count))
-    state = (*candidates, place, motion, spin, material, np.uint32(len(sim.materials)), table, slot, *columns, *rooms)
+    state = (*candidates, place, motion, spin, material, np.uint32(len(sim.materials)), sim.table, slot, *columns, *rooms)
 
     def force(overlap):
         place[::2, 0] = touch - overlap
-        loops.pair_forces(*state, np.zeros(3), np.full(3, np.inf), 0.0, np.inf, np.inf)
+        sim.loops.pair_forces(*state, np.zeros(3), np.full(3, np.inf), 0.0, np.inf, np.inf)
         return columns[-2][0, slot]
 
     return _integral(force, pairs.overlap)
 
 
-def _of_walls(sim, loops, table, at_walls):
-    """Each grain at rest before its wall, which is turned across x."""
-    grains, contacts, count = sim.grains, sim.contacts, len(at_walls.grain)
-    if count == 0:
-        return np.zeros(0)
-    motion, spin = np.zeros((2, count, 4))
-    place, motion[:, 3] = grains.block("place")[at_walls.grain], grains.view("inverse_mass")[at_walls.grain]
-    surface = np.zeros((11, count))
-    surface[1] = surface[4] = 1.0
-    surface[10] = contacts.surface[10, at_walls.contact]
-    materials = grains.block("material")[at_walls.grain], contacts.wall_material[at_walls.contact]
-    slot, *columns = _columns(sim, count)
-    grain, stride = np.arange(count, dtype=np.uint32), np.uint32(len(sim.materials))
-    fresh = np.zeros((contacts.history_width, count))
-    state = (grain, surface, place, motion, spin, *materials, stride, table, slot, *columns, fresh, np.uint64(0), np.uint64(0))
-
-    def force(overlap):
-        surface[0] = place[:, 3] - overlap
-        loops.wall_forces(*state, 0.0, np.inf, np.inf)
-        return columns[-2][0, slot]
-
-    return _integral(force, at_walls.overlap)
+def _of_walls(sim, at_walls):
+    """Each grain at rest before its wall."""
+    force = alone(sim, at_walls.contact)
+    return _integral(lambda overlap: force(overlap, 0.0), at_walls.overlap)

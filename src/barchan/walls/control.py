@@ -1,6 +1,6 @@
 """What sets the velocity of a wall in every step: a path in time, or what grains do to the wall.
 
-A control may be given to any number of walls, but one with a memory (``Massive``, ``Servo``) to one only. Functions of the
+One without a memory may be given to any number of walls, one with (``Massive``, ``Servo``) to a single one. Functions of the
 simulation are called on all ranks and must return the same on all.
 """
 
@@ -23,6 +23,9 @@ def _number(what, value, dimension, least=None):
         bound = "" if least is None else f" > {least:g}"
         raise SceneError(f"{what} = {shown(value)} [{dimension}] must be a finite number{bound}")
     return number
+
+
+_DIMENSIONS = {"force": "force", "stress": "force/length^2", "area": "length^2"}
 
 
 class Control:
@@ -105,7 +108,7 @@ class ForceControl(Control):
         start: the first step from which the wall is controlled.
 
     Raises:
-        SceneError: neither or both of force and stress are given, stress without area, or a speed that is not positive.
+        SceneError: neither or both of force and stress are given, stress without area, or a value that cannot be.
     """
 
     def __init__(self, force=None, stress=None, area=None, max_speed=None, start=0):
@@ -113,10 +116,14 @@ class ForceControl(Control):
             raise SceneError(
                 f"{type(self).__name__} needs a target: either force [force], or stress [force/length^2] and area [length^2]"
             )
-        self.force, self.stress, self.area = force, stress, area
-        self.start, self.max_speed = start, None
-        if max_speed is not None:
-            self.max_speed = _number(f"{type(self).__name__}: max_speed", max_speed, "length/time", 0.0)
+        kind = type(self).__name__
+        for name, value in (("force", force), ("stress", stress), ("area", area)):
+            if value is not None and not callable(value):
+                _number(f"{kind}: {name}", value, _DIMENSIONS[name])
+        if not isinstance(start, (int, np.integer)) or isinstance(start, bool) or start < 0:
+            raise SceneError(f"{kind}: start = {shown(start)} [steps] must be a whole number >= 0")
+        self.force, self.stress, self.area, self.start = force, stress, area, int(start)
+        self.max_speed = None if max_speed is None else _number(f"{kind}: max_speed", max_speed, "length/time", 0.0)
 
     def target(self, sim):
         """The wanted force at the present time [force].
@@ -125,13 +132,13 @@ class ForceControl(Control):
             SceneError: a function returned something else than a finite number.
         """
         if self.stress is None:
-            return self._value("force", self.force, "force", sim)
-        area = self._value("area", self.area, "length^2", sim)
-        return self._value("stress", self.stress, "force/length^2", sim) * area
+            return self._value("force", sim)
+        return self._value("stress", sim) * self._value("area", sim)
 
-    def _value(self, name, given, dimension, sim):
+    def _value(self, name, sim):
+        given = getattr(self, name)
         what = f"{type(self).__name__}, t = {sim.time:g}: {name}"
-        return _number(what, given(sim) if callable(given) else given, dimension)
+        return _number(what, given(sim) if callable(given) else given, _DIMENSIONS[name])
 
     def steer(self, wall, sim):
         """Push the wall with the speed that the control finds, within its limit."""

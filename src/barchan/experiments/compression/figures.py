@@ -1,8 +1,8 @@
 """Pictures of a compression test, from the tables and frames of its run."""
 
 from barchan.experiments.cell import WALLS
-from barchan.experiments.cell_figures import sample
-from barchan.experiments.cell_results import load_series
+from barchan.experiments.cell.figures import sample
+from barchan.experiments.cell.results import load_series
 from barchan.view.style import COLOURS, figure
 from barchan.writers import frames
 

@@ -1,7 +1,7 @@
 """The sample at its start, and how it is loaded."""
 
 from barchan.experiments.cell import Cell
-from barchan.experiments.cell_rain import flatten, raining
+from barchan.experiments.cell.rain import flatten, raining
 from barchan.experiments.experiment import Stage
 from barchan.walls import Proportional, Servo
 

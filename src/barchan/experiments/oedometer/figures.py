@@ -1,6 +1,6 @@
 """Pictures of an oedometer test, from the tables and frames of its run."""
 
-from barchan.experiments.cell_figures import sample
+from barchan.experiments.cell.figures import sample
 from barchan.experiments.oedometer.modulus import Moduli
 from barchan.experiments.oedometer.results import branches, series
 from barchan.view.style import COLOURS, figure

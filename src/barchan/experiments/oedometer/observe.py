@@ -1,7 +1,7 @@
 """What is measured, and written, while a sample is in the oedometer."""
 
 from barchan.experiments.cell import Cell
-from barchan.experiments.cell_observe import load_row, watching
+from barchan.experiments.cell.observe import load_row, watching
 
 
 def instruments(scene, directory):

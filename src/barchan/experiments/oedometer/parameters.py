@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from barchan.experiments.cell_scene import CellScene
+from barchan.experiments.cell.scene import CellScene
 from barchan.scene import quantity
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from barchan import record
 from barchan.experiments.cell import WALLS
-from barchan.experiments.cell_results import (
+from barchan.experiments.cell.results import (
     BALANCED,
     FOLLOWED,
     branch,
@@ -17,7 +17,7 @@ from barchan.experiments.cell_results import (
     sound_checks,
     structure_values,
 )
-from barchan.experiments.cell_scene import Lattice
+from barchan.experiments.cell.scene import Lattice
 from barchan.experiments.experiment import Check, Results
 from barchan.experiments.oedometer.modulus import Moduli
 from barchan.units import readable

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from pydantic import Field, model_validator
 
-from barchan.packing.lattice import cell_edge, mean_volume, per_cell
+from barchan.packing.lattice import cell_edge, per_cell
 from barchan.scene import Scene, quantity
 
 #: Void fraction of the lattice from which grains rain.
@@ -88,7 +88,3 @@ class Lattice(NamedTuple):
         up = max(1, round(scene.grains / in_a_layer))
         side, bottom = 0.5 * (scene.width - across * edge), max(room, 0.0)
         return cls(edge, across, up, in_a_layer * up, (side, side, bottom), 2.0 * bottom + up * edge)
-
-    def solid_volume(self, scene):
-        """Mean volume of all grains [m^3]."""
-        return self.grains * mean_volume(scene.radius_min, scene.radius_max)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from barchan.experiments.cell import WALLS, Cell
+from barchan.experiments.cell.walls import WALLS, Cell
 from barchan.measure import ContactStatistics, coordination, fabric, inertial_number, sliding_fraction, stress, unbalanced_force
 from barchan.measure.sums import exact_sums
 from barchan.triggers import At, Every

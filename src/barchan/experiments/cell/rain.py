@@ -5,8 +5,8 @@ import numpy as np
 from barchan import laws
 from barchan.chance import uniform
 from barchan.domain import Box
-from barchan.experiments.cell import Cell
-from barchan.experiments.cell_scene import Lattice
+from barchan.experiments.cell.scene import Lattice
+from barchan.experiments.cell.walls import Cell
 from barchan.materials import Material
 from barchan.packing.lattice import lattice_within
 from barchan.parallel import world
