@@ -148,8 +148,8 @@ def check_settings(sim):
         first = seen.setdefault(id(wall.control), number) if getattr(wall.control, "memory", ()) else number
         if first != number:
             raise SceneError(
-                f"walls {first} and {number} share one {type(wall.control).__name__}, whose memory is that of one wall; give each "
-                f"its own"
+                f"walls {first} and {number} share one {type(wall.control).__name__}, whose memory is that of one wall; "
+                f"give each its own"
             )
 
 

@@ -80,14 +80,18 @@ def written(value, unit):
 
 
 def readable(value, unit):
-    """A number with its unit for a person: four digits, lengths and times in thousandths and millionths where they are small.
+    """A number with its unit for a person: four digits, lengths and times in thousandths and millionths where they are small,
+    pressures in thousands, millions and billions where they are large.
 
-    >>> readable(0.00448, "m"), readable(1e-5, "s"), readable(125584.0, "N/m"), readable(0.468, "1")
-    ('4.48 mm', '10 µs', '1.256e+05 N/m', '0.468')
+    >>> readable(0.00448, "m"), readable(1e-5, "s"), readable(125584.0, "N/m"), readable(0.468, "1"), readable(1e5, "Pa")
+    ('4.48 mm', '10 µs', '1.256e+05 N/m', '0.468', '100 kPa')
     """
     if unit in ("m", "s") and value:
         factor, prefix = next((f, p) for f, p in ((1.0, ""), (1e3, "m"), (1e6, "µ")) if abs(value) * f >= 1.0 or p == "µ")
         return f"{value * factor:.4g} {prefix}{unit}"
+    if unit in ("Pa", "Pa/s"):
+        factor, prefix = next((f, p) for f, p in ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, "")) if abs(value) >= f or not p)
+        return f"{value / factor:.4g} {prefix}{unit}"
     return f"{value:.4g}" + (f" {unit}" if unit != "1" else "")
 
 

@@ -52,7 +52,11 @@ def loading(scene, load):
 
 
 def _differences(scene):
-    rows = [(name, scene.text(name), str(value)) for name, value in PAPER.items() if getattr(scene, name) != value]
+    rows = [
+        (name, *(value if isinstance(value, str) else scene.rounded(name, value) for value in (getattr(scene, name), paper)))
+        for name, paper in PAPER.items()
+        if getattr(scene, name) != paper
+    ]
     return [("grains", f"{Lattice.of(scene).grains:,}", "1,950,000, of which 1,428,532 were left after flattening"), *rows]
 
 
