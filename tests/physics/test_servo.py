@@ -49,7 +49,7 @@ def worst_error(across, modulus, gap, friction, steps):
             wall.control = Servo(max_speed=speed, stress=target, area=cell.area(axis))
     while abs(cell.stresses(sim) / target(sim) - 1.0).max() > 0.05 if sim.step_number else True:  # until it is seated
         sim.run(2000)
-        assert sim.step_number < 40 * steps
+        assert sim.step_number < 4 * steps, "it is never seated"
     sim.run(2000)
     ramp[0], errors = sim.step_number, []
     for _ in range(200):

@@ -122,6 +122,17 @@ def test_a_plane_turns_about_its_point():
     assert tilted.contacts.surface[7:10, 0] == pytest.approx([0, 0, -0.6], abs=1e-12)
 
 
+@pytest.mark.nojit
+def test_a_plane_that_turns_has_its_normal_of_the_half_step_too():
+    sim = simulation(dt=1e-3)
+    sim.add_wall(bc.Plane((10, 10, 1), (0, 0, 1), omega=(0, 2.0, 0)))
+    sim.add_grains([(10, 10, 1.45)], 0.5)
+    sim.run(1)
+    normal, half = sim.contacts.surface[1:4, 0], sim.contacts.surface[4:7, 0]
+    assert normal == pytest.approx([np.sin(2e-3), 0, np.cos(2e-3)], abs=1e-14)
+    assert half == pytest.approx([np.sin(1e-3), 0, np.cos(1e-3)], abs=1e-14)
+
+
 MOVING = {
     "a plane that turns": lambda: bc.Plane((0, 0, 1.2), (0, 0, 1), omega=(2.0, 0, 0)),
     "a plane that closes in": lambda: bc.Plane((1, 0, 0), (1, 0, 0), velocity=(12, 0, 0)),

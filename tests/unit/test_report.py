@@ -7,10 +7,12 @@ from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
+from scenes import simulation
 
 from barchan import record
 from barchan.experiments import summary
 from barchan.experiments.experiment import Check, Results
+from barchan.parallel import virtual_ranks
 from barchan.report import Journal, ProgressLine
 
 PHASES = [("equilibrate", 1000), ("flow", 3000)]
@@ -218,3 +220,15 @@ def test_a_narrow_terminal_cuts_the_end_of_the_line_only(time):
     line.write(at(1600))
     line.close()
     assert "flow:  53 %  0:07 left" in journal.console.file.getvalue()
+
+
+def test_a_sitting_counts_what_all_ranks_found():
+    def program():
+        sim = simulation()
+        sim.faults.large_overlaps = 2 + sim.comm.rank
+        sitting = record.Sitting(sim)
+        sitting.count(sim)
+        account = sitting.account(sim)
+        return account.large_overlaps, account.processes
+
+    assert virtual_ranks(2, program) == [(5, 2), (5, 2)]

@@ -429,3 +429,20 @@ def test_what_a_broken_off_rebuild_left_of_the_store_is_not_used_again(tmp_path,
     sim.run(20)
     fresh.run(20)
     assert differences(collect(sim), collect(fresh)) == []
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_large_overlaps_are_told_once_by_one_rank(ranks):
+    """However often they happen, and on whichever rank; the count goes on."""
+
+    def program():
+        sim = simulation(bc.Box((0, 0, 0), (12, 4, 4)), properties=SOFT, dt=1e-4)
+        sim.add_grains([(x, 2, 2) for x in (1.0, 1.9, 5.5, 6.4, 10.0, 10.9)], 0.5)
+        for _ in range(3):
+            sim.run(5)
+        return int(sim.comm.sum([sim.faults.large_overlaps])[0])
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        assert virtual_ranks(ranks, program) == [48] * ranks
+    assert len(told) == 1 and "overlap by more than 5 %" in str(told[0].message)
