@@ -67,6 +67,7 @@ class Simulation(Assembly):
         self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
         self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
         self.loops = self.table = self._checked_dt = self._list_skin = self.stable_dt = None
+        self._law_reach = 0.0
         self._computed = 0.0
         self._complete = True
 
@@ -131,14 +132,15 @@ class Simulation(Assembly):
         self._torn = True  # until it is done: whatever interrupts it
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
-        largest = self._largest_radius()
+        largest, reach = self._largest_radius(), self._law_reach + self._list_skin
+        cutoff = 2.0 * largest + reach
         self.topology = self.balance.shared(self, largest)
         old_list = self.contacts if self._listed else None
-        rows, known, origin = rehome(self.comm, self.topology, self.grains, old_list, self._rows, 2.0 * largest + self._list_skin)
-        grid = grid_around(self.grains, self.topology.bounds(self.comm.rank), self.box, 2.0 * largest + self._list_skin)
+        rows, known, origin = rehome(self.comm, self.topology, self.grains, old_list, self._rows, cutoff)
+        grid = grid_around(self.grains, self.topology.bounds(self.comm.rank), self.box, cutoff)
         start, order = self._sort_in_space(grid)
-        self.ghosts.build(self.grains, self.topology, largest, largest + self._list_skin)
-        self.contacts.build(self.grains, self.walls, grid, start, self._list_skin)
+        self.ghosts.build(self.grains, self.topology, largest, largest + reach)
+        self.contacts.build(self.grains, self.walls, grid, start, reach)
         rows = rows.take(order)
         self.contacts.carry_over(known, origin[order], rows if self._listed else self.ghosts.join_rows(rows))
         self.staleness.remember(self.step_number)
@@ -368,10 +370,12 @@ class Simulation(Assembly):
 
     def _take_up_sizes(self):
         """The skin that suits the grains there are now, and whether the time step does."""
-        skin = self.skin if self.skin is not None else DEFAULT_SKIN * 2.0 * self._largest_radius()
-        if skin != self._list_skin:
+        largest = self._largest_radius()
+        skin = self.skin if self.skin is not None else DEFAULT_SKIN * 2.0 * largest
+        reach = self.law.largest_reach(self.table, largest)
+        if (skin, reach) != (self._list_skin, self._law_reach):
             self._take_down_list()
-            self._list_skin = skin
+            self._list_skin, self._law_reach = skin, reach
         if self.check_dt and not (self._primed and self._checked_dt == self.dt):
             stable = preflight.stable_time_step(self.law, self.table, self.grains, len(self.materials))
             self.stable_dt = -float(self.comm.maximum([-stable])[0])
@@ -386,7 +390,7 @@ class Simulation(Assembly):
         return float(self.comm.maximum([cells.extents(self.grains.block("place"))[6]])[0])
 
     def _cutoff(self):
-        return 2.0 * self._largest_radius() + self._list_skin
+        return 2.0 * self._largest_radius() + self._law_reach + self._list_skin
 
     def _sort_in_space(self, grid):
         start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)

@@ -53,7 +53,7 @@ def check_law(law, material, radius=1.0):
 
     - zero at zero overlap: no force and no couple at rest where the grains just touch, but
       for the pull of a law that is declared ``adhesive``;
-    - finite everywhere: at tiny and huge overlaps, speeds and memories, at dt = 0, in any direction;
+    - finite everywhere: at tiny and huge overlaps, speeds and memories, as far apart as it reaches, at dt = 0, in any direction;
     - symmetry: exchanging the grains, or turning and mirroring the collision, changes nothing;
     - order in dt: halving the time step changes the result less and less (``adhesive``: or by no more than the pull in a step);
     - energy: no impact gains any;
@@ -168,9 +168,10 @@ def _zero(bench):
 
 def _finite(bench):
     speeds = (0.0, -1e3 * bench.speed, 1e3 * bench.speed)
+    apart = bench.law.largest_reach(bench.table, bench.radius)  # more than that of two such grains
     contacts = [
-        (depth * bench.radius, vn, vt, memory, dt, directions)
-        for depth in (1e-300, 1e-12, 0.01, 1.0)
+        (overlap, vn, vt, memory, dt, directions)
+        for overlap in (*(depth * bench.radius for depth in (1e-300, 1e-12, 0.01, 1.0)), *[-0.1 * apart, -apart] * (apart > 0.0))
         for vn in speeds
         for vt in speeds
         for memory in (0.0, 1e-300, 1.0, -1e6)

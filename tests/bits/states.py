@@ -23,8 +23,10 @@ VALUES = {
 def materials(law, count=2):
     """Materials that differ, with all properties of ``law``."""
 
+    values = VALUES | ({"work_of_adhesion": 100.0} if law.reach else {})  # contacts last over 1 % of a radius
+
     def scaled(k):
-        return {name: value * (1.0 + 0.2 * k) for name, value in VALUES.items() if name in law.properties}
+        return {name: value * (1.0 + 0.2 * k) for name, value in values.items() if name in law.properties}
 
     return [bc.Material(f"m{k}", density=1.0 + 0.5 * k, **scaled(k)) for k in range(count)]
 

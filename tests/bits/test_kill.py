@@ -25,7 +25,7 @@ def start(law, gravity, directory, *more):
 
 
 #: Laws whose loops are made of the same parts as another's: killed in full-size checks only.
-ALIKE = ("dmt", "hertz_mindlin_constant_rolling", "shm")
+ALIKE = ("dmt", "hertz_mindlin_constant_rolling", "hertz_mindlin_standard", "shm")
 CASES = [
     *(
         pytest.param(law, "turning", marks=[pytest.mark.validate] if name in ALIKE else [])

@@ -70,6 +70,8 @@ class TestSameBits:
         assert 2 * len(pairs[1]) / sim.grains.n > 3
         assert len(pairs[0] - pairs[1]) > 20 and len(pairs[1] - pairs[0]) > 20
         assert any(second < 0 for _, second in pairs[1]), "some grains touch a wall"
+        held = int((after["overlap"] < 0.0).sum())
+        assert held > 20 if law.reach else held == 0, "contacts outlast touching if they may"
 
     @pytest.mark.parametrize("variant", ["every step", "at random", "wide skin"])
     def test_moment_of_rebuild(self, law, variant, plain):

@@ -30,6 +30,13 @@ def rolling(**options):
     return sim
 
 
+def sticky(**options):
+    """Contacts that last beyond touching, many steps in one call."""
+    sim = states.dense(bc.laws.jkr, **options)
+    sim.gravity = states.GRAVITY["steady"]
+    return sim
+
+
 def gas(**options):
     """400 fast grains in a box that is periodic on all sides: they cross borders all the time, and touch rarely."""
     box = bc.Box((0, 0, 0), (16, 12, 10), (True, True, True))
@@ -96,7 +103,7 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-SCENES = {"dense": dense, "steady": steady, "rolling": rolling, "gas": gas, "chute": chute, "laboratory": laboratory}
+SCENES = {made.__name__: made for made in (dense, steady, rolling, sticky, gas, chute, laboratory)}
 
 
 def state_after(name, steps, change=None, **options):

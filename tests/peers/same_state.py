@@ -20,7 +20,7 @@ COUNT, SIDE, HIGH, DENSITY = 60, 4.0, 12.0, 1.5
 
 def with_arms_of_radius(law):
     """The law with arms R_i in the slip velocity, as LAMMPS has them, in place of those to the lens."""
-    return bc.laws.Law(law.function, law.properties, law.history, "radius", law.mix, law.couple, law.adhesive)
+    return bc.laws.Law(law.function, law.properties, law.history, "radius", law.mix, law.couple, law.adhesive, law.reach)
 
 
 def as_lammps_has_them(sim, synchronized):

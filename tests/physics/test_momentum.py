@@ -17,7 +17,7 @@ import barchan as bc
 from barchan.measure import contact_table
 
 ROLLING = [bc.laws.hertz_mindlin_rolling, bc.laws.hertz_mindlin_constant_rolling]
-ALL_LAWS = pytest.mark.parametrize("law", [*BASIC_LAWS, *ROLLING, bc.laws.dmt], ids=lambda law: law.name)
+ALL_LAWS = pytest.mark.parametrize("law", [*BASIC_LAWS, *ROLLING, bc.laws.dmt, bc.laws.jkr], ids=lambda law: law.name)
 
 STEPS = 800
 
@@ -30,7 +30,7 @@ def cloud(law):
     velocity = -1.5 * cells + random.normal(0.0, 1.0, (64, 3)) + (0.3, 0.2, 0.1)
     if "youngs_modulus" in law.properties:
         elastic = {"youngs_modulus": 1e5, "poisson_ratio": 0.3, "restitution": 0.8}
-        elastic |= {"work_of_adhesion": 3.0} if law is bc.laws.dmt else {}
+        elastic |= {"work_of_adhesion": 3.0} if law.adhesive else {}
         elastic |= {"rolling_friction": 0.2, "twisting_friction": 0.1} if law in ROLLING else {}
     else:
         stiffness = 1e4 if law.name.startswith("linear") else 3e4

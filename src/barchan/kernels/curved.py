@@ -106,27 +106,27 @@ def _fill_velocity(surface, column, dx, dy, dz, drive, growth):
 
 
 @kernel()
-def near_round(place, frozen, point, axis, shape, skin, found):
-    """Write the rows of the grains whose surface is nearer to a cylinder or sphere than ``skin``, and which can move, into
+def near_round(place, frozen, point, axis, shape, reach, found):
+    """Write the rows of the grains whose surface is nearer to a cylinder or sphere than ``reach``, and which can move, into
     ``found``, ascending; returns how many there are."""
     count = 0
     for i in range(place.shape[0]):
         dx, dy, dz = place[i, 0] - point[0], place[i, 1] - point[1], place[i, 2] - point[2]
         distance, _, _, _ = from_round(dx, dy, dz, axis[0], axis[1], axis[2], shape[2], shape[0], shape[1])
         found[count] = i
-        count += (distance < place[i, 3] + skin) & (frozen[i] == 0)
+        count += (distance < place[i, 3] + reach) & (frozen[i] == 0)
     return count
 
 
 @kernel()
-def near_cone(place, frozen, point, axis, shape, skin, found):
+def near_cone(place, frozen, point, axis, shape, reach, found):
     """The same for the shell of a cone."""
     count = 0
     for i in range(place.shape[0]):
         dx, dy, dz = place[i, 0] - point[0], place[i, 1] - point[1], place[i, 2] - point[2]
         distance, _, _, _, _, _ = from_cone(dx, dy, dz, axis[0], axis[1], axis[2], shape[0], shape[1], shape[2])
         found[count] = i
-        count += (distance < place[i, 3] + skin) & (frozen[i] == 0)
+        count += (distance < place[i, 3] + reach) & (frozen[i] == 0)
     return count
 
 

@@ -23,7 +23,8 @@ from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
 from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import COUPLES, COUPLES_IMPORT, STEPS
-from barchan.kernels.template import ARMS, BLOCK, MODULE, TINY
+from barchan.kernels.template import ARMS, AT_LEAST, BLOCK, HELD, MODULE
+from barchan.laws.law import MOST_CURVED
 
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
@@ -46,6 +47,7 @@ class _Sources:
     def __init__(self, law):
         self.law, self.names, self.imports, self.parts = law, {}, [], []
         self.root = self._add(law.function.__name__, law.function)
+        self.reach = law.reach and self._add(law.reach.__name__, law.reach)
 
     def _fail(self, text):
         raise LawError(f"law '{self.law.name}': {text}")
@@ -158,7 +160,7 @@ def module_text(law, uniform):
     shallow, deep, deepest = "\n    ", "\n        ", "\n                "
     text = MODULE.format(
         law=law.name,
-        tiny=repr(TINY),
+        **_held(law, sources.reach, looked_up),
         block=BLOCK,
         lanes=LANES,
         function=sources.root,
@@ -182,6 +184,26 @@ def module_text(law, uniform):
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),
     )
     return text + STEPS.format(couples=COUPLES if law.couple else "")
+
+
+def _held(law, reach, looked_up):
+    """What the template says of contacts that last beyond touching."""
+    if law.reach is None:
+        return {"held": "", "at_least": AT_LEAST, "list": "barchan_list_touching", "list_also": "", "touches": "overlap > 0.0"}
+    given = {name: f"p_{name}" for name in law.parameters}
+
+    def call(radius_eff):
+        return f"{reach}({', '.join(f'{name}={given.get(name, radius_eff)}' for name in law.reach_arguments)})"
+
+    at_wall = f"min(ri / (1.0 + surface[10, c] * ri), {MOST_CURVED} * ri)"
+    parameters = "\n            ".join(["pair = material[i] * stride + material[j]", *looked_up])
+    return {
+        "held": HELD.format(parameters=parameters, reach=call("ri * rj / (ri + rj)")),
+        "at_least": "",
+        "list": "barchan_list_held",
+        "list_also": ", material, stride, table",
+        "touches": f"overlap > 0.0 or (was and overlap > -{call(at_wall)})",
+    }
 
 
 def make_loops(law, uniform):

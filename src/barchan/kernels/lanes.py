@@ -149,7 +149,7 @@ def list_near(seen, begin, over, at, period, row, looked, count):
 
     Args:
         seen: (4, ...) coordinates and radii; eight columns from ``begin`` on have to exist.
-        at: coordinates of a grain, and its radius and the skin: near is whose surface is closer than the skin.
+        at: coordinates of a grain, and its radius and a reach: near is whose surface is closer than that.
         period: three periods, infinite where there is none.
         row: of the grain.
         looked: (2, ...) ``row`` and what is near, from column ``count`` on; eight columns have to exist.

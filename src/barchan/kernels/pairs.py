@@ -94,7 +94,23 @@ def keep_pairs(length, looked, ghost_rows, frozen, ids, first, second, end, last
 
 @kernel(parallel=True)
 def find_pairs(
-    parts, bounds, start, ghost_start, ghost_rows, seen, frozen, ids, skin, grid, lines, runs, looked, first, second, counts, ends
+    parts,
+    bounds,
+    start,
+    ghost_start,
+    ghost_rows,
+    seen,
+    frozen,
+    ids,
+    reach,
+    grid,
+    lines,
+    runs,
+    looked,
+    first,
+    second,
+    counts,
+    ends,
 ):
     """Pairs that may touch: of each owned grain with owned ones of a higher row, and with ghosts.
 
@@ -123,7 +139,7 @@ def find_pairs(
                     n_runs = list_runs(cx, lines[p, 1], n_ghost_lines, ghost_start, 0, counts.shape[0], grid, runs[p], n_runs)
                 for i in range(own, above):
                     counts[i] = 0
-                    at = seen[0, i], seen[1, i], seen[2, i], seen[3, i] + skin
+                    at = seen[0, i], seen[1, i], seen[2, i], seen[3, i] + reach
                     for q in range(n_runs):
                         begin, over = max(np.uint64(runs[p, 0, q]), i + np.uint64(1)), np.uint64(runs[p, 1, q])
                         while begin < over:

@@ -32,8 +32,8 @@ measure_plane_alone = on_one_thread(measure_plane)
 
 
 @kernel()
-def near_plane(place, frozen, point, normal, skin, found):
-    """Write the rows of the grains whose surface is nearer to a plane than ``skin``, and which can move, into ``found``,
+def near_plane(place, frozen, point, normal, reach, found):
+    """Write the rows of the grains whose surface is nearer to a plane than ``reach``, and which can move, into ``found``,
     ascending; returns how many there are."""
     count = 0
     for i in range(place.shape[0]):
@@ -41,5 +41,5 @@ def near_plane(place, frozen, point, normal, skin, found):
         for c in range(3):
             distance += (place[i, c] - point[c]) * normal[c]
         found[count] = i
-        count += (distance < place[i, 3] + skin) & (frozen[i] == 0)
+        count += (distance < place[i, 3] + reach) & (frozen[i] == 0)
     return count

@@ -21,8 +21,8 @@ import numpy as np
 from barchan.kernels.compiler import shares
 from barchan.kernels.lanes import LANES
 
-#: Overlap of a contact that rounding puts on the edge of touching. Its square root and its square are ordinary numbers.
-TINY = 1e-100
+#: Overlap of a contact that rounding puts on the edge of touching: its square root and its square are ordinary numbers.
+AT_LEAST = "overlap = max(overlap, 1e-100)"
 
 #: Candidates that are looked at before those that touch are computed: 30 kB of memory in between (measured: 256 to 2048 alike).
 #: A multiple of the lanes, so that a block's are never another thread's.
@@ -49,9 +49,10 @@ from barchan.kernels.wire import start_watch as barchan_start_watch
 
 {functions}
 
-barchan_block = barchan_np.uint64({block})
+{held}barchan_block = barchan_np.uint64({block})
 barchan_lanes = barchan_np.uint64({lanes})
 barchan_zero = barchan_np.uint64(0)
+barchan_one = barchan_np.uint64(1)
 barchan_none = barchan_zero, barchan_zero, barchan_zero
 
 
@@ -78,7 +79,7 @@ def barchan_slip(vx, vy, vz, lx, ly, lz, nx, ny, nz):
 def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy, hz, radius_first, radius_second, radius_eff,
                     mass_eff, vx, vy, vz, wix, wiy, wiz, wjx, wjy, wjz, dt, {flat_inputs}):
     """One contact: plain numbers to plain numbers."""
-    overlap = max(overlap, {tiny})
+    {at_least}
     normal = (nx, ny, nz)
     normal_half = (hx, hy, hz)
     lx, ly, lz = arm_first * wix + arm_second * wjx, arm_first * wiy + arm_second * wjy, arm_first * wiz + arm_second * wjz
@@ -113,8 +114,8 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
             length = min(barchan_block, last - begin)
             found = barchan_none
             for b in range(barchan_zero, length, barchan_lanes):
-                found = barchan_list_touching(first, second, place, begin + b, last, lengths, halves, slot, column, b, rows[p],
-                                              branch[p], found)
+                found = {list}(first, second, place, begin + b, last, lengths, halves, slot, column, b, rows[p],
+                                              branch[p], found{list_also})
             count, news = found[0], found[1]
             for e in range(news):
                 b = rows[p, 2, e]
@@ -180,7 +181,7 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
             surface[6, c], ri, ri, ri / (1.0 + surface[10, c] * ri), 1.0 / motion[i, 3],
             motion[i, 0] - surface[7, c], motion[i, 1] - surface[8, c], motion[i, 2] - surface[9, c],
             spin[i, 0], spin[i, 1], spin[i, 2], 0.0, 0.0, 0.0, dt, {flat_arguments})
-        touches = overlap > 0.0
+        touches = {touches}
         slot[number + c] = k if touches else barchan_np.uint64(0)
         if touches != was:
             changed[i] = 1
@@ -191,6 +192,47 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
     home = offset + barchan_np.uint64(1)
     {keep_fresh_at_wall}
     return touching, large, too_large
+'''
+
+
+#: What stands in it for laws that reach beyond touching: instead of ``barchan_list_touching``, one pair after another.
+HELD = '''
+@helper
+def barchan_list_held(first, second, place, begin, over, lengths, halves, slot, column, b, rows, branch, found, material, stride,
+                      table):
+    """List the pairs that touch, and those that did and are still within the law's reach."""
+    count, news, before = found
+    for c in range(min(barchan_lanes, over - begin)):
+        k = begin + c
+        i, j, was = first[k], second[k], slot[k] != 0
+        square = 0.0
+        for axis in range(3):
+            d = place[i, axis] - place[j, axis]
+            d = d - lengths[axis] if d > halves[axis] else d
+            d = d + lengths[axis] if d < -halves[axis] else d
+            branch[axis, b + c] = d
+            square += d * d
+        ri, rj = place[i, 3], place[j, 3]
+        touch = square < (ri + rj) * (ri + rj)
+        if was and not touch:
+            {parameters}
+            apart = ri + rj + {reach}
+            touch = square < apart * apart
+        rows[1, b + c] = 0
+        if was:
+            before += barchan_one
+            rows[1, b + c] = begin - b + before
+        if was != touch:
+            rows[2, news] = b + c
+            news += barchan_one
+        slot[k] = 0
+        if touch:
+            rows[0, count] = b + c
+            slot[k] = column + count
+            count += barchan_one
+    return count, news, before
+
+
 '''
 
 

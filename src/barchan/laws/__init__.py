@@ -3,6 +3,7 @@
 from barchan.laws.dmt import dmt
 from barchan.laws.hertz_mindlin import hertz_mindlin, hertz_mindlin_standard
 from barchan.laws.hertz_mindlin_rolling import hertz_mindlin_constant_rolling, hertz_mindlin_rolling
+from barchan.laws.jkr import jkr
 from barchan.laws.law import Law, Property, law
 from barchan.laws.shm import shm
 from barchan.laws.viscoelastic import hertz, hertz_standard, linear, linear_standard, silbert, silbert_standard
@@ -19,6 +20,7 @@ SHIPPED = {
         hertz_mindlin_rolling,
         hertz_mindlin_constant_rolling,
         dmt,
+        jkr,
         silbert_standard,
         linear_standard,
         hertz_standard,
@@ -37,6 +39,7 @@ __all__ = [
     "hertz_mindlin_rolling",
     "hertz_mindlin_standard",
     "hertz_standard",
+    "jkr",
     "law",
     "linear",
     "linear_standard",

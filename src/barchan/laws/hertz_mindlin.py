@@ -92,13 +92,18 @@ def mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, 
     stiffness = 4.0 / 3.0 * E_eff * a
     eta = alpha * sqrt(mass_eff * stiffness)
     normal_force = max(stiffness * overlap - eta * normal_velocity, 0.0)
+    return normal_force, *mindlin_shear(friction * normal_force, eta, tangential_velocity, shear)
+
+
+def mindlin_shear(limit, eta, tangential_velocity, shear):
+    """The tangential force, of the spring's and a dashpot under Coulomb's ``limit``, and the spring's that is left."""
     viscous = scale(eta, tangential_velocity)
     trial = sub(shear, viscous)
-    ratio = sliding_ratio(trial, friction * normal_force)
+    ratio = sliding_ratio(trial, limit)
     force = scale(ratio, trial)
     if ratio < 1.0:
         shear = add(force, viscous)
-    return normal_force, force, shear
+    return force, shear
 
 
 @law(properties=PROPERTIES, history={"shear": 3}, lever="lens", mix=mix)

@@ -17,11 +17,19 @@ from barchan.words import check_dimension, shown
 
 VECTOR, SCALAR = 3, 1
 
+#: Largest effective radius, relative to the grain's, for which a law is asked how far it reaches. Two grains have at most 1/2, a
+#: flat wall 1; a wall that curves around the grain may have more, and counts as this.
+MOST_CURVED = 4.0
+
 #: Quantities of one contact: name -> (width, dimension, meaning). "first" is the grain with the smaller id; at a wall it
 #: is the grain. All velocities are at the half step n-1/2.
 QUANTITIES = MappingProxyType(
     {
-        "overlap": (SCALAR, "length", "R_first + R_second - distance, equation (1); never below a tiny positive number"),
+        "overlap": (
+            SCALAR,
+            "length",
+            "R_first + R_second - distance, equation (1); > 0, with ``reach`` down to -reach",
+        ),
         "distance": (SCALAR, "length", "between the centres; at a wall from the centre to the wall"),
         "normal": (VECTOR, "1", "unit vector from the second to the first, at step n"),
         "normal_half": (VECTOR, "1", "the same at the half step: direction of r - dt/2 v (Vyas et al. 2025)"),
@@ -76,10 +84,11 @@ class Law:
     Attributes: ``name``, ``function``, ``properties`` (name -> Property), ``parameters`` (names of the pair parameters),
     ``history`` (name -> width), ``lever`` ("radius": torque arm R_i, equation (10); "lens": arm to the plane in which
     the two spheres cut each other), ``couple`` (whether it returns one), ``adhesive``
-    (whether grains that just touch pull each other), ``quantities`` (the names it reads).
+    (whether grains that just touch pull each other), ``reach`` (None, or a function that tells how far apart a contact
+    ends), ``quantities`` (the names it reads).
     """
 
-    def __init__(self, function, properties, history, lever, mix, couple=False, adhesive=False):
+    def __init__(self, function, properties, history, lever, mix, couple=False, adhesive=False, reach=None):
         if not isinstance(function, FunctionType):
             raise LawError(f"law: {shown(function)} must be a plain function (def)")
         self.function, self.name = function, function.__name__
@@ -87,7 +96,7 @@ class Law:
         self.properties = {name: self._property(name, given) for name, given in self.properties.items()}
         self.history = self._mapping("history", history, "{'slip': 3}")
         self.lever, self.mix, self.couple = lever, mix or mix_by_rule, couple
-        self.adhesive = adhesive
+        self.adhesive, self.reach = adhesive, reach
         self.__doc__ = function.__doc__
         arguments = inspect.signature(function).parameters
         unusual = [str(a) for a in arguments.values() if a.kind is not a.POSITIONAL_OR_KEYWORD or a.default is not a.empty]
@@ -131,6 +140,7 @@ class Law:
         for name in ("couple", "adhesive"):
             if not isinstance(getattr(self, name), bool):
                 raise LawError(f"{where}: {name} = {shown(getattr(self, name))} must be True or False")
+        self._check_reach(where)
         if not callable(self.mix):
             raise LawError(f"{where}: mix = {shown(self.mix)} must be a function of the properties of two materials")
         if self.mix is mix_by_rule:
@@ -140,6 +150,18 @@ class Law:
                     f"{where}: argument(s) {unknown} are no quantity of a contact, no history and no declared "
                     f"material property. Quantities: {', '.join(QUANTITIES)}"
                 )
+
+    def _check_reach(self, where):
+        if self.reach is None:
+            return
+        if not isinstance(self.reach, FunctionType):
+            raise LawError(f"{where}: reach = {shown(self.reach)} must be a plain function (def)")
+        if not self.history:
+            raise LawError(f"{where}: it has a reach, so it must remember its contacts; declare a history")
+        known = ("radius_eff", *self.parameters)
+        unknown = [name for name in inspect.signature(self.reach).parameters if name not in known]
+        if unknown:
+            raise LawError(f"{where}: its reach() asks for {unknown}; it may ask for {', '.join(known)}")
 
     def __call__(self, *args, **kwargs):
         """The law itself, as plain Python on plain numbers."""
@@ -168,6 +190,31 @@ class Law:
         """Fields of a ghost that the law needs fresh in every step."""
         velocity = self.reads_spin or bool({"normal_velocity", "normal_half"} & set(self.quantities))
         return ("position",) + (("velocity",) if velocity else ()) + (("omega",) if self.reads_spin else ())
+
+    @property
+    def reach_arguments(self):
+        """Names of what ``reach`` asks for; none if there is no such function."""
+        return () if self.reach is None else tuple(inspect.signature(self.reach).parameters)
+
+    def largest_reach(self, table, radius):
+        """How far apart any contact of grains up to ``radius`` may last [length].
+
+        Args:
+            table: (parameters, pairs of materials) of this law.
+
+        Raises:
+            LawError: the law's ``reach`` returns what is no length.
+        """
+        if self.reach is None:
+            return 0.0
+        largest = 0.0
+        for column in table.T.tolist():
+            known = dict(zip(self.parameters, column)) | {"radius_eff": MOST_CURVED * radius}
+            length = self.reach(**{name: known[name] for name in self.reach_arguments})
+            if not (isinstance(length, float) and isfinite(length) and length >= 0.0):
+                raise LawError(f"law '{self.name}': its reach() is {shown(length)} for {known}; it must be a finite number >= 0")
+            largest = max(largest, length)
+        return largest
 
     def pair_parameters(self, first, second, where):
         """Parameters of a pair of materials, in the order of ``parameters``.
@@ -203,7 +250,7 @@ class Law:
         return complete
 
 
-def law(properties=None, history=None, lever="radius", mix=None, couple=False, adhesive=False):
+def law(properties=None, history=None, lever="radius", mix=None, couple=False, adhesive=False, reach=None):
     """Declare a contact law. See ``docs/how-to/write-a-law.md``.
 
     Args:
@@ -215,6 +262,9 @@ def law(properties=None, history=None, lever="radius", mix=None, couple=False, a
         couple: True if the function returns a couple after the tangential force: a torque on the first grain beside that of
             the tangential force, a vector [force length]; the second feels the opposite.
         adhesive: True if grains that just touch may pull each other; ``check_law`` then asks for no more than that.
+        reach: function of ``radius_eff`` and pair parameters, by name, that tells how far apart [length] two surfaces may be in
+            a contact that has begun; it must not fall as ``radius_eff`` grows. Default: a contact ends where it began, at
+            overlap 0. Such a law needs a history.
 
     Raises:
         LawError: the declaration is of the wrong kind, has an unknown dimension, or does not fit to the function's arguments.
@@ -231,6 +281,6 @@ def law(properties=None, history=None, lever="radius", mix=None, couple=False, a
         )
 
     def decorate(function):
-        return Law(function, properties, history, lever, mix, couple, adhesive)
+        return Law(function, properties, history, lever, mix, couple, adhesive, reach)
 
     return decorate

@@ -164,11 +164,11 @@ class Contacts:
         ids, n_rows = self._ids[strangers], len(self._ids)
         return Remembered(n_pairs, count, rows, begin, entries, moved, columns, strangers, ids, n_rows)
 
-    def build(self, grains, walls, grid, start, skin):
-        """Find all pairs and wall contacts that may touch before grains have moved by the skin. Owned rows are in the order
+    def build(self, grains, walls, grid, start, reach):
+        """Find all pairs and wall contacts whose surfaces are closer than ``reach`` [length]. Owned rows are in the order
         of the grid's cells, of which ``start`` tells where they begin. ``carry_over`` has to follow."""
-        self._build_pairs(grains, grid, start, skin)
-        self._build_wall_contacts(grains, walls, skin)
+        self._build_pairs(grains, grid, start, reach)
+        self._build_wall_contacts(grains, walls, reach)
         self._ids = grains.view("id", ghosts=True)
         self.start, self.touched = np.empty(grains.n + 1, dtype=np.uint32), np.zeros(grains.n, dtype=np.uint32)
         incidence_kernels.count_incidence(grains.n, self.first, self.second, self.wall_grain, self.start)
@@ -177,7 +177,7 @@ class Contacts:
         self.slot = self._array("slot", np.uint32, count + LANES)[:count]
         self.slot[:], self.computed = 0, False
 
-    def _build_pairs(self, grains, grid, start, skin):
+    def _build_pairs(self, grains, grid, start, reach):
         place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
         ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
         parts, counts = np.searchsorted(start, shares(grains.n)).astype(np.uint64), np.empty(grains.n, dtype=np.uint32)
@@ -185,7 +185,7 @@ class Contacts:
         rooms = pair_kernels.rooms(len(parts) - 1)
         self.seen = grains.working_room(4 * (len(place) + LANES)).reshape(4, -1)
         pair_kernels.see_places(place, ghost_rows, self.seen)
-        search = (start, ghost_start, ghost_rows, self.seen, frozen, grains.view("id", ghosts=True), skin, grid.table)
+        search = (start, ghost_start, ghost_rows, self.seen, frozen, grains.view("id", ghosts=True), reach, grid.table)
         while True:
             room = int(self._pairs_per_grain * grains.n) + 2 * pair_kernels.FOUND * (len(parts) - 1)
             bounds, ends = shares(room), np.empty(len(parts) - 1, dtype=np.uint64)
@@ -206,8 +206,8 @@ class Contacts:
             room = np.empty((2, n_pairs), np.uint32)
             self._n_inner = int(pair_kernels.inner_first(self.first, self.second, self._offsets, *room))
 
-    def _build_wall_contacts(self, grains, walls, skin):
-        found = [wall.candidates(grains, skin) for wall in walls]
+    def _build_wall_contacts(self, grains, walls, reach):
+        found = [wall.candidates(grains, reach) for wall in walls]
         self._wall_begin = np.cumsum([0, *(len(rows) for rows in found)])
         self.wall_ranges = list(zip(self._wall_begin[:-1].tolist(), self._wall_begin[1:].tolist()))
         self.wall_grain = np.concatenate([np.zeros(0, dtype=np.uint32), *found]).astype(np.uint32)

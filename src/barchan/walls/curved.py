@@ -50,11 +50,11 @@ class _Curved(Wall):
         type(self)._far(np.ascontiguousarray(position, dtype=np.float64), self._point, self._directed(), self._shape(), found)
         return found
 
-    def candidates(self, grains, skin):
+    def candidates(self, grains, reach):
         """Owned rows that may touch the wall before the next rebuild, ascending."""
         found = np.empty(grains.n + 1, dtype=np.uint32)
         state = (grains.block("place"), grains.block("frozen"), self._point, self._directed(), self._shape())
-        return found[: type(self)._near(*state, skin, found)]
+        return found[: type(self)._near(*state, reach, found)]
 
     def measure(self, contacts, grains, dt, begin, end):
         """Fill the surface rows of its contacts ``begin`` to ``end``, for a step of ``dt``."""

@@ -106,11 +106,11 @@ class Plane(Wall):
         away = (position - self._point) * self._normal
         return away[:, 0] + away[:, 1] + away[:, 2]  # in one order, however many points there are
 
-    def candidates(self, grains, skin):
+    def candidates(self, grains, reach):
         """Owned rows that may touch the wall before the next rebuild, ascending."""
         found = np.empty(grains.n + 1, dtype=np.uint32)
         state = (grains.block("place"), grains.block("frozen"), self._point, self._normal)
-        return found[: near_plane(*state, skin, found)]
+        return found[: near_plane(*state, reach, found)]
 
     def measure(self, contacts, grains, dt, begin, end):
         """Fill the surface rows of its contacts ``begin`` to ``end``, for a step of ``dt``."""
