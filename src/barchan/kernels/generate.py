@@ -21,10 +21,11 @@ import numpy as np
 
 from barchan.errors import LawError
 from barchan.kernels.compiler import cache_root, fingerprint
+from barchan.kernels.energies import ENERGIES
 from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import COUPLES, COUPLES_IMPORT, STEPS
 from barchan.kernels.template import ARMS, AT_LEAST, BLOCK, HELD, MODULE
-from barchan.laws.law import MOST_CURVED
+from barchan.laws.law import MOST_CURVED, STORED_IN
 
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
@@ -33,11 +34,12 @@ _RESERVED = frozenset({"helper", "kernel", "on_one_thread", "prange", "pair_forc
 
 
 class Loops(NamedTuple):
-    """The compiled loops of a law."""
+    """The compiled loops of a law; ``energies`` is None if it does not tell them."""
 
     pair_forces: object
     wall_forces: object
     advance: object
+    energies: object
     module: types.ModuleType
 
 
@@ -48,6 +50,7 @@ class _Sources:
         self.law, self.names, self.imports, self.parts = law, {}, [], []
         self.root = self._add(law.function.__name__, law.function)
         self.reach = law.reach and self._add(law.reach.__name__, law.reach)
+        self.energy = law.energy and self._add(law.energy.__name__, law.energy)
 
     def _fail(self, text):
         raise LawError(f"law '{self.law.name}': {text}")
@@ -135,7 +138,7 @@ def module_text(law, uniform):
     returned = [
         f"new_{name}[{c}]" if len(names) == 3 else f"new_{name}" for name, names in history.items() for c in range(len(names))
     ]
-    given = {name: f"({', '.join(names)})" if len(names) == 3 else names[0] for name, names in history.items()}
+    given = {name: _tuple(names) for name, names in history.items()}
     given |= {name: f"p_{name}" for name in law.parameters}
     given["relative_omega"] = "(wix - wjx, wiy - wjy, wiz - wjz)"
     arguments = [f"{a}={given.get(a, a)}" for a in inspect.signature(law.function).parameters]
@@ -183,7 +186,7 @@ def module_text(law, uniform):
         gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),
     )
-    return text + STEPS.format(couples=COUPLES if law.couple else "")
+    return text + STEPS.format(couples=COUPLES if law.couple else "") + _energies(law, sources.energy)
 
 
 def _held(law, reach, looked_up):
@@ -204,6 +207,24 @@ def _held(law, reach, looked_up):
         "list_also": ", material, stride, table",
         "touches": f"overlap > 0.0 or (was and overlap > -{call(at_wall)})",
     }
+
+
+def _tuple(names):
+    """Source text of a number or a vector."""
+    return names[0] if len(names) == 1 else f"({', '.join(names)})"
+
+
+def _energies(law, energy):
+    """The loop over contacts that says what they store; none if the law does not tell."""
+    if law.energy is None:
+        return ""
+    given, row = {name: f"{name}[c]" for name in STORED_IN}, 0
+    given |= {name: f"table[{number}, pair[c]]" for number, name in enumerate(law.parameters)}
+    for name, width in law.history.items():
+        given[name] = _tuple([f"memory[{row + k}, c]" for k in range(width)])
+        row += width
+    arguments = ", ".join(f"{name}={given[name]}" for name in inspect.signature(law.energy).parameters)
+    return ENERGIES.format(call=f"{energy}({arguments})")
 
 
 def make_loops(law, uniform):
@@ -231,4 +252,5 @@ def make_loops(law, uniform):
         sys.modules[name] = module
         spec.loader.exec_module(module)
     module = sys.modules[name]
-    return Loops(module.pair_forces, module.wall_forces, module.barchan_advance, module)
+    energies = getattr(module, "barchan_energies", None)
+    return Loops(module.pair_forces, module.wall_forces, module.barchan_advance, energies, module)

@@ -28,6 +28,8 @@ def _collect(thing, pieces, seen):
     if hasattr(thing, "properties") and hasattr(thing, "mix"):  # a law: what it declares is part of it
         pieces.append(f"{sorted(thing.properties.items())!r} {thing.history!r} {thing.lever}{' couple' * thing.couple}")
         _collect(thing.mix, pieces, seen)
+        if thing.reach is not None:
+            _collect(thing.reach, pieces, seen)
     plain = getattr(thing, "py_func", getattr(thing, "function", thing))
     if not isinstance(plain, types.FunctionType):
         pieces.append(f"{type(plain).__qualname__} {sorted(getattr(plain, '__dict__', {}).items())!r}")

@@ -22,7 +22,8 @@ from barchan.kernels.compiler import shares
 from barchan.kernels.lanes import LANES
 
 #: Overlap of a contact that rounding puts on the edge of touching: its square root and its square are ordinary numbers.
-AT_LEAST = "overlap = max(overlap, 1e-100)"
+LEAST_OVERLAP = 1e-100
+AT_LEAST = f"overlap = max(overlap, {LEAST_OVERLAP})"
 
 #: Candidates that are looked at before those that touch are computed: 30 kB of memory in between (measured: 256 to 2048 alike).
 #: A multiple of the lanes, so that a block's are never another thread's.

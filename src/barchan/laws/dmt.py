@@ -9,13 +9,26 @@ J. Colloid Interface Sci. 53, 314, 1975.
 
 from math import pi
 
-from barchan.laws.hertz_mindlin import PROPERTIES, hertz_mindlin, mix_with
+from barchan.laws.hertz_mindlin import PROPERTIES, energy, hertz_mindlin, mix_with
 from barchan.laws.law import Property, law
 
 ADHESION = {"work_of_adhesion": Property("force/length", default=0.0)}
 
 
-@law(properties=PROPERTIES | ADHESION, history={"shear": 3}, lever="lens", mix=mix_with(ADHESION), adhesive=True)
+def energy_with_pull(overlap, radius_eff, E_eff, G_eff, work_of_adhesion, shear):
+    """That of ``hertz_mindlin``, less the work of the pull."""
+    normal, tangential = energy(overlap, radius_eff, E_eff, G_eff, shear)
+    return normal - 2.0 * pi * work_of_adhesion * radius_eff * overlap, tangential
+
+
+@law(
+    properties=PROPERTIES | ADHESION,
+    history={"shear": 3},
+    lever="lens",
+    mix=mix_with(ADHESION),
+    adhesive=True,
+    energy=energy_with_pull,
+)
 def dmt(
     overlap,
     normal,

@@ -13,7 +13,7 @@ from math import acos, acosh, exp, sqrt
 
 from barchan.laws.friction import sliding_ratio
 from barchan.laws.law import Property, law, mix_by_rule
-from barchan.laws.vector import add, scale, sub, turn
+from barchan.laws.vector import add, dot, scale, sub, turn
 
 PROPERTIES = {
     "youngs_modulus": Property("force/length^2", above=True),
@@ -106,7 +106,13 @@ def mindlin_shear(limit, eta, tangential_velocity, shear):
     return force, shear
 
 
-@law(properties=PROPERTIES, history={"shear": 3}, lever="lens", mix=mix)
+def energy(overlap, radius_eff, E_eff, G_eff, shear):
+    """Hertz's, and what a spring of the present stiffness stores under the present shear force."""
+    a = sqrt(radius_eff * overlap)
+    return 8.0 / 15.0 * E_eff * a * overlap * overlap, dot(shear, shear) / (16.0 * G_eff * a)
+
+
+@law(properties=PROPERTIES, history={"shear": 3}, lever="lens", mix=mix, energy=energy)
 def hertz_mindlin(
     overlap,
     normal,
@@ -130,7 +136,7 @@ def hertz_mindlin(
     return mindlin_contact(a, overlap, normal_velocity, tangential_velocity, mass_eff, E_eff, friction, alpha, shear)
 
 
-@law(properties=PROPERTIES, history={"shear": 3}, lever="radius", mix=mix)
+@law(properties=PROPERTIES, history={"shear": 3}, lever="radius", mix=mix, energy=energy)
 def hertz_mindlin_standard(
     overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt, E_eff, G_eff, friction, alpha, shear
 ):

@@ -5,7 +5,7 @@ Without rolling and twisting friction they have the bits of ``hertz_mindlin``.
 
 from math import sqrt
 
-from barchan.laws.hertz_mindlin import PROPERTIES, hertz_mindlin, mix_with
+from barchan.laws.hertz_mindlin import PROPERTIES, energy, hertz_mindlin, mix_with
 from barchan.laws.law import law
 from barchan.laws.rolling import (
     ABOUT_CENTRE,
@@ -18,7 +18,18 @@ from barchan.laws.rolling import (
     spring_and_dashpot,
     twisting_couple,
 )
-from barchan.laws.vector import add
+from barchan.laws.vector import add, dot
+
+
+def energy_with_springs(overlap, radius_eff, E_eff, G_eff, rolling_friction, twisting_friction, shear, rolled, twisted):
+    """That of ``hertz_mindlin``, and of the springs against rolling and twisting."""
+    normal, tangential = energy(overlap, radius_eff, E_eff, G_eff, shear)
+    stiffness_n = 4.0 / 3.0 * E_eff * sqrt(radius_eff * overlap)
+    for friction, wound in ((rolling_friction, dot(rolled, rolled)), (twisting_friction, twisted * twisted)):
+        arm = friction * radius_eff
+        if arm > 0.0:
+            tangential += wound / (4.5 * stiffness_n * arm * arm)
+    return normal, tangential
 
 
 @law(
@@ -27,6 +38,7 @@ from barchan.laws.vector import add
     lever="lens",
     mix=mix_with(SPRING),
     couple=True,
+    energy=energy_with_springs,
 )
 def hertz_mindlin_rolling(
     overlap,
@@ -79,7 +91,7 @@ def hertz_mindlin_rolling(
     return normal_force, force, add(rolling, twisting), shear, rolled, twisted
 
 
-@law(properties=PROPERTIES | CONSTANT, history={"shear": 3}, lever="lens", mix=mix_with(CONSTANT), couple=True)
+@law(properties=PROPERTIES | CONSTANT, history={"shear": 3}, lever="lens", mix=mix_with(CONSTANT), couple=True, energy=energy)
 def hertz_mindlin_constant_rolling(
     overlap,
     normal,

@@ -18,7 +18,7 @@ from barchan.laws.dmt import ADHESION
 from barchan.laws.friction import synchronised
 from barchan.laws.hertz_mindlin import PROPERTIES, mindlin_shear, mix_with
 from barchan.laws.law import law
-from barchan.laws.vector import scale
+from barchan.laws.vector import dot, scale
 
 #: Least c R*: without adhesion there would be divisions by zero.
 LEAST = 1e-60
@@ -74,7 +74,29 @@ def root_of_contact_radius(overlap, radius_eff, adhesion):
     return s
 
 
-@law(properties=PROPERTIES | ADHESION, history={"shear": 3}, lever="lens", mix=mix, adhesive=True, reach=reach)
+def drawn(s, radius_eff, adhesion):
+    """Integral of the normal force over the overlap, from s = 0, over E*."""
+    cube, pull = s * s * s, adhesion * radius_eff
+    return (8.0 / 15.0 * cube * cube * cube - 4.0 / 3.0 * pull * cube * cube + 0.5 * pull * pull * cube) * s / radius_eff**2
+
+
+def energy(overlap, radius_eff, E_eff, G_eff, adhesion, shear):
+    """Work of the normal force from overlap 0 on, and what a spring of the present stiffness stores."""
+    s = root_of_contact_radius(overlap, radius_eff, adhesion)
+    first = root_of_contact_radius(0.0, radius_eff, adhesion)
+    work = E_eff * (drawn(s, radius_eff, adhesion) - drawn(first, radius_eff, adhesion))
+    return work, dot(shear, shear) / (16.0 * G_eff * s * s)
+
+
+@law(
+    properties=PROPERTIES | ADHESION,
+    history={"shear": 3},
+    lever="lens",
+    mix=mix,
+    adhesive=True,
+    reach=reach,
+    energy=energy,
+)
 def jkr(
     overlap,
     normal,

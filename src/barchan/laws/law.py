@@ -21,6 +21,9 @@ VECTOR, SCALAR = 3, 1
 #: flat wall 1; a wall that curves around the grain may have more, and counts as this.
 MOST_CURVED = 4.0
 
+#: Quantities of a contact that its energy may depend on.
+STORED_IN = ("overlap", "radius_first", "radius_second", "radius_eff")
+
 #: Quantities of one contact: name -> (width, dimension, meaning). "first" is the grain with the smaller id; at a wall it
 #: is the grain. All velocities are at the half step n-1/2.
 QUANTITIES = MappingProxyType(
@@ -85,10 +88,10 @@ class Law:
     ``history`` (name -> width), ``lever`` ("radius": torque arm R_i, equation (10); "lens": arm to the plane in which
     the two spheres cut each other), ``couple`` (whether it returns one), ``adhesive``
     (whether grains that just touch pull each other), ``reach`` (None, or a function that tells how far apart a contact
-    ends), ``quantities`` (the names it reads).
+    ends), ``energy`` (None, or a function that tells what a contact stores), ``quantities`` (the names it reads).
     """
 
-    def __init__(self, function, properties, history, lever, mix, couple=False, adhesive=False, reach=None):
+    def __init__(self, function, properties, history, lever, mix, couple=False, adhesive=False, reach=None, energy=None):
         if not isinstance(function, FunctionType):
             raise LawError(f"law: {shown(function)} must be a plain function (def)")
         self.function, self.name = function, function.__name__
@@ -96,7 +99,7 @@ class Law:
         self.properties = {name: self._property(name, given) for name, given in self.properties.items()}
         self.history = self._mapping("history", history, "{'slip': 3}")
         self.lever, self.mix, self.couple = lever, mix or mix_by_rule, couple
-        self.adhesive, self.reach = adhesive, reach
+        self.adhesive, self.reach, self.energy = adhesive, reach, energy
         self.__doc__ = function.__doc__
         arguments = inspect.signature(function).parameters
         unusual = [str(a) for a in arguments.values() if a.kind is not a.POSITIONAL_OR_KEYWORD or a.default is not a.empty]
@@ -140,7 +143,10 @@ class Law:
         for name in ("couple", "adhesive"):
             if not isinstance(getattr(self, name), bool):
                 raise LawError(f"{where}: {name} = {shown(getattr(self, name))} must be True or False")
-        self._check_reach(where)
+        self._check_companion(where, "reach", ("radius_eff", *self.parameters))
+        self._check_companion(where, "energy", (*STORED_IN, *self.parameters, *self.history))
+        if self.reach is not None and not self.history:
+            raise LawError(f"{where}: it has a reach, so it must remember its contacts; declare a history")
         if not callable(self.mix):
             raise LawError(f"{where}: mix = {shown(self.mix)} must be a function of the properties of two materials")
         if self.mix is mix_by_rule:
@@ -151,17 +157,15 @@ class Law:
                     f"material property. Quantities: {', '.join(QUANTITIES)}"
                 )
 
-    def _check_reach(self, where):
-        if self.reach is None:
+    def _check_companion(self, where, what, known):
+        function = getattr(self, what)
+        if function is None:
             return
-        if not isinstance(self.reach, FunctionType):
-            raise LawError(f"{where}: reach = {shown(self.reach)} must be a plain function (def)")
-        if not self.history:
-            raise LawError(f"{where}: it has a reach, so it must remember its contacts; declare a history")
-        known = ("radius_eff", *self.parameters)
-        unknown = [name for name in inspect.signature(self.reach).parameters if name not in known]
+        if not isinstance(function, FunctionType):
+            raise LawError(f"{where}: {what} = {shown(function)} must be a plain function (def)")
+        unknown = [name for name in inspect.signature(function).parameters if name not in known]
         if unknown:
-            raise LawError(f"{where}: its reach() asks for {unknown}; it may ask for {', '.join(known)}")
+            raise LawError(f"{where}: its {what}() asks for {unknown}; it may ask for {', '.join(known)}")
 
     def __call__(self, *args, **kwargs):
         """The law itself, as plain Python on plain numbers."""
@@ -250,7 +254,7 @@ class Law:
         return complete
 
 
-def law(properties=None, history=None, lever="radius", mix=None, couple=False, adhesive=False, reach=None):
+def law(properties=None, history=None, lever="radius", mix=None, couple=False, adhesive=False, reach=None, energy=None):
     """Declare a contact law. See ``docs/how-to/write-a-law.md``.
 
     Args:
@@ -265,6 +269,9 @@ def law(properties=None, history=None, lever="radius", mix=None, couple=False, a
         reach: function of ``radius_eff`` and pair parameters, by name, that tells how far apart [length] two surfaces may be in
             a contact that has begun; it must not fall as ``radius_eff`` grows. Default: a contact ends where it began, at
             overlap 0. Such a law needs a history.
+        energy: function of ``overlap``, radii, pair parameters and history, by name, that tells what a contact stores: in its
+            normal force, from overlap 0 on, and in its tangential springs [force length]. Default: the normal force of grains
+            at rest is integrated, and springs count as dissipation.
 
     Raises:
         LawError: the declaration is of the wrong kind, has an unknown dimension, or does not fit to the function's arguments.
@@ -281,6 +288,6 @@ def law(properties=None, history=None, lever="radius", mix=None, couple=False, a
         )
 
     def decorate(function):
-        return Law(function, properties, history, lever, mix, couple, adhesive, reach)
+        return Law(function, properties, history, lever, mix, couple, adhesive, reach, energy)
 
     return decorate

@@ -5,7 +5,7 @@ a = sqrt(R* overlap): for two grains of one material these are the 4/3 E* and 8 
 here. Energy leaves by friction, or by a damping of the grains. Source: Marketos et al. 2013.
 """
 
-from barchan.laws.hertz_mindlin import PROPERTIES, hertz_mindlin, mix
+from barchan.laws.hertz_mindlin import PROPERTIES, energy, hertz_mindlin, mix
 from barchan.laws.law import law
 
 ELASTIC = {name: PROPERTIES[name] for name in ("youngs_modulus", "poisson_ratio", "friction")}
@@ -16,7 +16,7 @@ def mix_elastic(first, second):
     return mix(first | {"restitution": 1.0}, second | {"restitution": 1.0})
 
 
-@law(properties=ELASTIC, history={"shear": 3}, lever="lens", mix=mix_elastic)
+@law(properties=ELASTIC, history={"shear": 3}, lever="lens", mix=mix_elastic, energy=energy)
 def shm(
     overlap,
     normal,

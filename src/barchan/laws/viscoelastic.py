@@ -14,7 +14,7 @@ from math import sqrt
 
 from barchan.laws.friction import sliding_ratio, standard, synchronised
 from barchan.laws.law import Property, law
-from barchan.laws.vector import add, scale, sub
+from barchan.laws.vector import add, dot, scale, sub
 
 
 def _properties(stiffness, rate):
@@ -42,7 +42,24 @@ def viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn,
     return normal_force, scale(-f * ratio, pull), slip
 
 
-@law(properties=PER_LENGTH, history={"slip": 3})
+def linear_energy(overlap, kn, kt, slip):
+    """What springs of constant stiffness store."""
+    return 0.5 * kn * overlap * overlap, 0.5 * kt * dot(slip, slip)
+
+
+def silbert_energy(overlap, radius_first, radius_second, kn, kt, slip):
+    """f k_n overlap, integrated, and the tangential spring at the present f."""
+    f = sqrt(overlap / (radius_first + radius_second))
+    return 0.4 * f * kn * overlap * overlap, 0.5 * f * kt * dot(slip, slip)
+
+
+def hertz_energy(overlap, radius_eff, kn, kt, slip):
+    """f k_n overlap, integrated, and the tangential spring at the present f."""
+    f = sqrt(overlap * radius_eff)
+    return 0.4 * f * kn * overlap * overlap, 0.5 * f * kt * dot(slip, slip)
+
+
+@law(properties=PER_LENGTH, history={"slip": 3}, energy=linear_energy)
 def linear(
     overlap,
     normal,
@@ -64,7 +81,7 @@ def linear(
     return viscoelastic(1.0, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
 
 
-@law(properties=PER_LENGTH, history={"slip": 3})
+@law(properties=PER_LENGTH, history={"slip": 3}, energy=linear_energy)
 def linear_standard(
     overlap, normal, normal_velocity, tangential_velocity, mass_eff, dt, kn, kt, gamma_n, gamma_t, friction, slip
 ):
@@ -73,7 +90,7 @@ def linear_standard(
     return viscoelastic(1.0, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
 
 
-@law(properties=PER_LENGTH, history={"slip": 3})
+@law(properties=PER_LENGTH, history={"slip": 3}, energy=silbert_energy)
 def silbert(
     overlap,
     normal,
@@ -98,7 +115,7 @@ def silbert(
     return viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
 
 
-@law(properties=PER_LENGTH, history={"slip": 3})
+@law(properties=PER_LENGTH, history={"slip": 3}, energy=silbert_energy)
 def silbert_standard(
     overlap,
     normal,
@@ -121,7 +138,7 @@ def silbert_standard(
     return viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
 
 
-@law(properties=PER_AREA, history={"slip": 3})
+@law(properties=PER_AREA, history={"slip": 3}, energy=hertz_energy)
 def hertz(
     overlap,
     normal,
@@ -145,7 +162,7 @@ def hertz(
     return viscoelastic(f, overlap, normal_velocity, tangential_velocity, mass_eff, kn, kt, gamma_n, gamma_t, friction, slip)
 
 
-@law(properties=PER_AREA, history={"slip": 3})
+@law(properties=PER_AREA, history={"slip": 3}, energy=hertz_energy)
 def hertz_standard(
     overlap, normal, normal_velocity, tangential_velocity, radius_eff, mass_eff, dt, kn, kt, gamma_n, gamma_t, friction, slip
 ):

@@ -1,5 +1,6 @@
 """Measures: they read the state and change nothing."""
 
+from barchan.measure.account import EnergyAccount
 from barchan.measure.coarse_grain import CoarseFields, coarse_grain
 from barchan.measure.contact_statistics import ContactStatistics
 from barchan.measure.contact_table import contact_table
@@ -19,6 +20,7 @@ __all__ = [
     "CoarseFields",
     "ContactStatistics",
     "Coordination",
+    "EnergyAccount",
     "EnergyBudget",
     "Fabric",
     "Front",

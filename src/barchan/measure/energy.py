@@ -25,14 +25,15 @@ class KineticEnergy:
 
 
 class EnergyBudget:
-    """Where the energy is: that of motion, in gravity and in the springs of contacts, of all grains that are not frozen.
+    """Where the energy is: that of motion, in gravity and in contacts, of all grains that are not frozen.
 
     Potential energy is -m g . x with the present gravity, 0 at the origin of coordinates, with x followed through periodic
-    faces. Elastic energy is that of normal forces only (``elastic.py``); a law's tangential memory has no energy
-    that could be had for every law.
+    faces. Elastic energy is that of normal forces and of tangential springs; of a law that does not tell what it stores, that of
+    normal forces (``elastic.py``).
 
     Start a new budget when gravity changes or when grains are added, frozen or released: the energy jumps then.
-    Energy that removed grains took with them, and work of moving walls, count as (negative) dissipation here: subtract it.
+    Energy that removed grains took with them, and work of moving walls, count as (negative) dissipation here: ``EnergyAccount``
+    tells where it went.
 
     In a uniform gravity without contacts the leap-frog's full-step energy is constant to rounding: x(n) lies on the
     parabola and v(n) is its slope. In contacts it is constant up to O(dt^2), and so is ``dissipated``.
@@ -45,9 +46,9 @@ class EnergyBudget:
     translation = Result("kinetic energy of translation [force length]")
     rotation = Result("kinetic energy of rotation [force length]")
     potential = Result("potential energy in the present gravity [force length]")
-    elastic = Result("energy stored in normal contacts [force length]")
+    elastic = Result("energy stored in contacts [force length]")
     total = Result("sum of these four [force length]")
-    dissipated = Result("total_at_start - total: dissipated, or stored in tangential springs [force length]")
+    dissipated = Result("total_at_start - total [force length]")
 
     def __init__(self, total_at_start=None):
         self.total_at_start = total_at_start
@@ -62,10 +63,16 @@ class EnergyBudget:
         rows = flowing_rows(sim)
         columns = (*_kinetic(sim, rows), _potential(sim, rows))
         self.translation, self.rotation, self.potential = exact_sums(columns, sim.comm)[:, 0].tolist()
-        self.elastic = float(exact_sums((elastic_energies(sim),), sim.comm)[0, 0])
+        self.elastic = stored(sim)[0]
         self.total = self.translation + self.rotation + self.potential + self.elastic
         self.dissipated = 0.0 if self.total_at_start is None else self.total_at_start - self.total
         return self
+
+
+def stored(sim):
+    """Energy stored in all contacts, and the part of it in tangential springs [force length]."""
+    normal, springs = exact_sums(elastic_energies(sim), sim.comm)[:, 0].tolist()
+    return normal + springs, springs
 
 
 def _kinetic(sim, rows):

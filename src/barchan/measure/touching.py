@@ -11,9 +11,11 @@ BATCH = 16_384
 
 
 class Pairs(NamedTuple):
-    """Pairs of grains that touch, (k,) each: rows, overlap [length], normal force, positive when it parts them [force]; and
-    (3, k) each: branch from the centre of the second to that of the first [length], force on the first [force]."""
+    """Pairs of grains that touch, (k,) each: number of the contact, rows, overlap [length], normal force, positive when it parts
+    them [force]; and (3, k) each: branch from the centre of the second to that of the first [length], force on the first
+    [force]."""
 
+    contact: np.ndarray
     first: np.ndarray
     second: np.ndarray
     overlap: np.ndarray
@@ -23,8 +25,8 @@ class Pairs(NamedTuple):
 
 
 class AtWalls(NamedTuple):
-    """Grains that touch walls, (k,) each: number of the contact, row, and the rest as in ``Pairs``; the branch comes from the
-    contact point, the foot of the centre on the wall."""
+    """Grains that touch walls, (k,) each: number of the contact among those with walls, row, and the rest as in ``Pairs``; the
+    branch comes from the contact point, the foot of the centre on the wall."""
 
     contact: np.ndarray
     grain: np.ndarray
@@ -86,7 +88,8 @@ def touching_pairs(sim):
         found = np.flatnonzero((contacts.slot[some] > 0) & (first < sim.grains.n))
         force = contacts.forces(some)
         normal_force = dot(force, branch) / distance
-        yield Pairs(first[found], second[found], overlap[found], normal_force[found], branch[:, found], force[:, found])
+        columns = (column[..., found] for column in (first, second, overlap, normal_force, branch, force))
+        yield Pairs(begin + found, *columns)
 
 
 def touching_walls(sim):

@@ -1,0 +1,105 @@
+"""Where energy came from and where it went, step by step."""
+
+from barchan.errors import SceneError
+from barchan.measure.base import Result
+from barchan.measure.energy import KineticEnergy, stored
+from barchan.measure.powers import Powers, powers
+from barchan.triggers import Every
+from barchan.words import shown
+
+
+class EnergyAccount:
+    """A writer that watches every step: work of gravity and of walls, and what friction, dashpots and damping took, since the
+    first step that it saw.
+
+    Put it into ``sim.writers`` before checkpoints, which keep its sums. Each power (``powers.py``) is integrated by the
+    trapezoidal rule, elastic energy is that of the present overlaps, and kinetic energy that of the full step: what is left
+    over, ``residual``, is the error of the time step, O(dt^2), or O(dt) where forces jump (contacts that stick, constant couples)
+    and where the speed of a wall is set anew in each step. A step takes about three times as long as without.
+
+    *Dashpots* are those along the normal. *Friction* is the work against tangential forces and couples that springs do not store:
+    of sliding and rolling, their dashpots included, and what an incremental law loses or gains as the stiffness of a loaded
+    spring changes; of laws that do not tell what they store, springs are friction. *Parting* is what contacts that outlast
+    touching still store as they end; for such laws it is what is left of the normal work, and the residual does not test it.
+
+    Grains that come or go in between take energy along that nobody counts: such a run has no account.
+
+    Args:
+        name: under which ``sim.notes["energy accounts"]`` keeps the sums.
+
+    Raises:
+        SceneError: the name is no text.
+    """
+
+    kinetic = Result("energy of translation and rotation now [force length]")
+    elastic = Result("energy stored in contacts now [force length]")
+    start = Result("sum of both at the first step seen [force length]")
+    gravity = Result("work of gravity since then [force length]")
+    walls = Result("work of walls, and of frozen grains that move [force length]")
+    friction = Result("taken by friction [force length]")
+    dashpots = Result("taken by the dashpots of normal forces [force length]")
+    damping = Result("taken by Simulation.damping [force length]")
+    parting = Result("taken by the ends of contacts that outlast touching [force length]")
+    residual = Result("energy now - (start + works - taken) [force length]")
+    largest = Result("largest of these terms, residual apart [force length]")
+
+    due = Every(1)
+
+    def __init__(self, name="energy"):
+        if not isinstance(name, str) or not name:
+            raise SceneError(f"EnergyAccount: name = {shown(name)} must be a text")
+        self.name = name
+
+    def write(self, sim):
+        """Take the present step into the sums.
+
+        Raises:
+            SceneError: it has not seen the step before, or grains came or went.
+        """
+        accounts, now = sim.notes.setdefault("energy accounts", {}), powers(sim)
+        if self.name not in accounts:
+            kinetic, (elastic, springs) = KineticEnergy().compute(sim).total, stored(sim)
+            begin = {"kinetic": kinetic, "normal": elastic - springs, "springs": springs}
+            accounts[self.name] = {"grains": sim.n_grains, "start": begin, "sums": dict.fromkeys(Powers._fields, 0.0)}
+        else:
+            known = accounts[self.name]
+            self._check(sim, known, step=sim.step_number - 1)
+            for kind, before, after in zip(Powers._fields, known["powers"], now):
+                known["sums"][kind] += 0.5 * sim.dt * (before + after)
+        accounts[self.name] |= {"step": sim.step_number, "powers": list(now)}
+
+    def compute(self, sim):
+        """Draw up the account of the present step; returns self.
+
+        Raises:
+            SceneError: it has not seen the present step.
+        """
+        known = sim.notes.get("energy accounts", {}).get(self.name)
+        if known is None:
+            raise SceneError(f"EnergyAccount '{self.name}' has seen no step; put it into sim.writers and run")
+        self._check(sim, known, step=sim.step_number)
+        work, begin = Powers(**known["sums"]), known["start"]
+        self.kinetic, (self.elastic, springs) = KineticEnergy().compute(sim).total, stored(sim)
+        self.start = begin["kinetic"] + begin["normal"] + begin["springs"]
+        self.gravity, self.walls = work.gravity, work.walls
+        self.friction = -work.tangential - (springs - begin["springs"])
+        self.dashpots, self.damping = -work.dashpots, -work.damping
+        in_normal = self.elastic - springs - begin["normal"]
+        self.parting = -work.normal - in_normal if sim.law.reach else 0.0
+        came, gone = self.gravity + self.walls, self.friction + self.dashpots + self.damping + self.parting
+        self.residual = self.kinetic + self.elastic - (self.start + came - gone)
+        terms = (self.kinetic, self.elastic, self.start, self.gravity, self.walls, self.friction, self.dashpots, self.damping)
+        self.largest = max(map(abs, (*terms, self.parting)))
+        return self
+
+    def _check(self, sim, known, step):
+        if known["step"] != step:
+            raise SceneError(
+                f"step {sim.step_number}: EnergyAccount '{self.name}' saw step {known['step']} last; it must see every step. "
+                f"Keep it in sim.writers, before checkpoints, or begin another with a name of its own"
+            )
+        if known["grains"] != sim.n_grains:
+            raise SceneError(
+                f"step {sim.step_number}: EnergyAccount '{self.name}' began with {known['grains']} grains, there are "
+                f"{sim.n_grains} now; nobody counts the energy of those that come or go. Begin another with a name of its own"
+            )

@@ -1,0 +1,111 @@
+"""The power of all forces at the present step, by kind: what acts on the grains, and where it comes from or goes to.
+
+The force of a contact has three parts. What its grains would feel at rest, without a memory, is the *normal* part, for which the
+law is asked once more, by its compiled loop; what is more along the normal is that of *dashpots*; all the rest is *tangential*.
+Each part is summed by grain as forces are, and meets velocities of the full step; walls and frozen grains move as they are told,
+and what they give is *walls*.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.forces import Gravity
+from barchan.kernels.couples import add_couples
+from barchan.kernels.gather import gather_forces
+from barchan.kernels.lanes import LANES
+from barchan.kernels.template import block_rooms, whole_blocks
+from barchan.measure.base import full_step, squared
+from barchan.measure.sums import exact_sums
+
+
+class Powers(NamedTuple):
+    """Power on the grains, negative where it takes from them [force length/time]: of gravity, of walls and frozen grains that
+    move, of contacts and of ``Simulation.damping``."""
+
+    gravity: float
+    walls: float
+    normal: float
+    tangential: float
+    dashpots: float
+    damping: float
+
+
+def powers(sim):
+    """The ``Powers`` of the present step, of which forces must be known; all ranks must call."""
+    grains, contacts = sim.grains, sim.contacts
+    velocity, omega = full_step(sim, slice(None))
+    flows, at_surface = grains.view("frozen") == 0, contacts.surface[7:10]
+    gravity = grains.view("mass")[:, None] * np.array(Gravity(sim.gravity).at(sim.time))
+
+    def of(out):
+        """Power of some parts of all contacts, by grain and by contact with a wall, whose surface moves."""
+        force, torque = _gathered(sim, out)
+        at_walls = out[:3, contacts.slot[contacts.n_pairs :]]
+        return force, torque, _power(force, velocity) + _power(torque, omega), (at_walls * at_surface).sum(axis=0)
+
+    force, torque, by_grain, by_wall = of(contacts.out)
+    others = [of(out)[2:] for out in (_along_normals(sim), _at_rest(sim))]
+    within = [np.concatenate([grain, -wall]) for grain, wall in ((by_grain, by_wall), *others)]
+    no_walls = np.zeros(len(by_wall))
+    total = _power(grains.view("force") - force - gravity, velocity) + _power(grains.view("torque") - torque, omega)
+    columns = [
+        np.concatenate([np.where(flows, _power(gravity, velocity), 0.0), no_walls]),
+        np.concatenate([np.where(flows, 0.0, -by_grain), by_wall]),
+        np.concatenate([np.where(flows, total, 0.0), no_walls]),
+    ]
+    actual, along, normal, of_gravity, of_walls, damping = exact_sums([*within, *columns], sim.comm)[:, 0].tolist()
+    return Powers(of_gravity, of_walls, normal, actual - along, along - normal, damping)
+
+
+def _power(force, velocity):
+    """Scalar products of vectors (k, 3), added in a fixed order."""
+    (fx, fy, fz), (vx, vy, vz) = force.T, velocity.T
+    return fx * vx + fy * vy + fz * vz
+
+
+def _gathered(sim, out):
+    """Force and torque of all contacts on each grain, (n, 3) each, from their columns."""
+    grains, contacts = sim.grains, sim.contacts
+    lists = (contacts.start, contacts.touched, contacts.incidence, contacts.slot, out)
+    force, torque = (np.empty_like(grains.block(name)) for name in ("force", "torque"))
+    gather_forces(*lists, grains.block("place"), grains.block("mass"), np.zeros(3), force, torque)
+    if contacts.couple:
+        add_couples(*lists, torque)
+    return force, torque
+
+
+def _along_normals(sim):
+    """The columns of all contacts, of normal forces alone."""
+    contacts, place = sim.contacts, sim.grains.block("place", True)
+    touching = np.flatnonzero(contacts.slot)
+    pairs, walls = touching[touching < contacts.n_pairs], touching[touching >= contacts.n_pairs] - contacts.n_pairs
+    branch = sim.box.difference(place[contacts.first[pairs], :3], place[contacts.second[pairs], :3])
+    normal = np.concatenate([branch / np.sqrt(squared(branch))[:, None], contacts.surface[1:4, walls].T])
+    out, columns = np.zeros_like(contacts.out), contacts.slot[touching]
+    out[:3, columns] = (_power(contacts.out[:3, columns].T, normal)[:, None] * normal).T
+    return out
+
+
+def _at_rest(sim):
+    """The columns of all contacts, had their grains and walls no velocity, and they no memory."""
+    grains, contacts, frame = sim.grains, sim.contacts, sim.box.frame
+    place, motion, spin, material = (grains.block(name, True) for name in ("place", "motion", "spin", "material"))
+    motion, spin, surface = motion.copy(), spin.copy(), contacts.surface.copy()
+    motion[:, :3], spin[:, :3], surface[4:7], surface[7:10] = 0.0, 0.0, surface[1:4], 0.0
+    slot = np.concatenate([contacts.slot, np.zeros(LANES, np.uint32)])[: len(contacts.slot)]  # lanes look beside the last
+    history, out, changed = (np.zeros_like(array) for array in (contacts.history, contacts.out, contacts.changed))
+    width = contacts.history_width
+    law = (np.uint32(len(sim.materials)), sim.table, slot, history, out, changed)
+    still = (0.0, np.inf, np.inf)  # no time passes, and no overlap is too large
+    for begin, end in contacts.parts:
+        if begin < end:
+            parts, *rooms = block_rooms(end, width, begin)
+            pairs = (parts, contacts.first, contacts.second, np.uint32(grains.n), place, motion, spin, material)
+            sim.loops.pair_forces(*pairs, *law, *rooms, frame.length, frame.half, *still)
+    count = len(contacts.wall_grain)
+    if count:
+        walls = (contacts.wall_grain, surface, place, motion, spin, material, contacts.wall_material)
+        columns = (np.empty((width, count)), np.uint64(contacts.n_pairs), np.uint64(whole_blocks(contacts.n_pairs)))
+        sim.loops.wall_forces(*walls, *law, *columns, *still)
+    return out
