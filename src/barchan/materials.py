@@ -100,6 +100,20 @@ class Materials:
         key = tuple(sorted((self.index(first), self.index(second))))
         self.pairs.setdefault(key, {}).update(properties)
 
+    def replace_pairs(self, pairs):
+        """Forget what ``set_pair`` gave, and take these instead.
+
+        Args:
+            pairs: as ``describe()["pairs"]`` told them at another time: a list of dicts with ``first``, ``second`` and values.
+
+        Raises:
+            MaterialError: a material of that name is missing.
+        """
+        self.pairs = {}
+        for pair in pairs:
+            values = {name: value for name, value in pair.items() if name not in ("first", "second")}
+            self.set_pair(pair["first"], pair["second"], **values)
+
     def check_names(self, law):
         """Refuse a property that the law does not know: most likely a typo.
 

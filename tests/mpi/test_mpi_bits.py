@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 import pytest
 import states
+from clouds import cloud
 from scenes_mpi import SCENES, avalanche, state_after
 
 import barchan as bc
@@ -13,6 +14,7 @@ from barchan.checkpoint import collect, read_state, restore, save
 from barchan.compare import differences
 from barchan.errors import BarchanError, Interrupted
 from barchan.kernels import compiler
+from barchan.packing import Preparation, compact, press
 from barchan.parallel import Serial
 
 STEPS = 150
@@ -147,6 +149,22 @@ def test_grains_that_touch_migrate_together_alone_and_back(comm, alone):
     assert differences(expected, pair()[0]) == []
     state, count = pair(also=lambda step: step % 3 == 0)
     assert differences(expected, state) == [] and count > 100
+
+
+@pytest.mark.parametrize("kind", ["brick", "periodic"])
+def test_a_sample_is_prepared_with_the_same_bits(kind, comm):
+    """Pressed by walls, and by grains that grow."""
+
+    def prepared(comm=None):
+        sim, how = cloud(kind, comm=comm, threads=1), Preparation(friction=0.1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = press(sim, 20.0, how) if kind == "brick" else compact(sim, 0.64, "growth", how, steps=2000)
+            sim.run(50)
+        return found, collect(sim)
+
+    (expected, alone), (found, together) = prepared(Serial()), prepared()
+    assert found == expected and differences(alone, together) == []
 
 
 def test_a_checkpoint_is_the_same_file_and_resumes_on_any_number_of_ranks(comm, shared_path):

@@ -4,6 +4,7 @@ walls too."""
 from barchan.walls.control import Control, ForceControl, Massive, Path, Proportional, Servo, Vibration, between
 from barchan.walls.curved import Cone, Cylinder, Sphere
 from barchan.walls.plane import Plane
+from barchan.walls.room import Room
 
 __all__ = [
     "Cone",
@@ -14,6 +15,7 @@ __all__ = [
     "Path",
     "Plane",
     "Proportional",
+    "Room",
     "Servo",
     "Sphere",
     "Vibration",
