@@ -217,6 +217,7 @@ class Simulation(Assembly):
             owner = self.topology.owner(self.grains.view("position"))
             self._rows, _ = migrate(self.comm, owner, self.grains, self._rows)
         self._primed = bool(state.about["forces_are_current"])
+        self.table = self.materials.table(self.law)  # that of these forces: a change before the first run is noticed
         self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
         self.loads.restore(state.about["loads"])

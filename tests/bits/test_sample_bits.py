@@ -1,6 +1,7 @@
 """A sample has the same bits on any number of threads and ranks, and when its preparation was stopped and resumed."""
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -46,7 +47,7 @@ def prepared(kind, path, threads=1, stop=None):
     if stop is not None:
         sim = cloud(kind, threads=threads)
         sim.writers = [Checkpoints(directory, bc.At(stop)), Stop(stop)]
-        with pytest.raises(Interrupted):
+        with suppress(Interrupted):  # in its last step it is over before it looks
             WAYS[kind](sim, how)
         how = how._replace(resume=directory / f"checkpoint_{stop:012d}.h5")
     sim = cloud(kind, threads=threads)
@@ -70,13 +71,14 @@ def alone(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("threads", "ranks", "stop"), [(2, 1, None), (1, 2, None), (1, 1, 777), (1, 2, 1020), (1, 1, 2500)], ids=str
+    ("threads", "ranks", "stop"), [(2, 1, None), (1, 2, None), (1, 1, 777), (1, 2, 1020), (1, 1, 2500), (1, 1, "last")], ids=str
 )
 @pytest.mark.parametrize("kind", WAYS)
 def test_threads_ranks_and_a_stop_change_no_bit(kind, threads, ranks, stop, alone, tmp_path):
     """Stopped while walls close in or grains grow, between two looks and at one, and while it comes to rest."""
     expected, state = alone(kind)
     assert expected.steps > 2500 and expected.overlap > 1e-3
+    stop = expected.steps if stop == "last" else stop
     found = virtual_ranks(ranks, prepared, kind, tmp_path / "parts.h5", threads, stop)
     assert found == [expected] * ranks
     assert (tmp_path / "parts.h5").read_bytes() == state

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import fingerprint, pile
 
 import barchan as bc
 from barchan import checkpoint
@@ -220,3 +221,18 @@ def test_a_value_that_one_rank_finds_is_refused_by_all(tmp_path):
         return sim.step_number
 
     assert virtual_ranks(2, program) == [20, 20]
+
+
+@pytest.mark.parametrize("friction", [0.05, 5.0])
+@pytest.mark.filterwarnings("ignore:step .* overlap by more than")
+def test_a_friction_set_between_restore_and_the_first_run_is_that_set_between_two_runs(friction, tmp_path):
+    """Forces of the present state are computed anew in both, before the first kick."""
+    sim = pile()
+    sim.run(60)
+    save(sim, tmp_path / "c.h5")
+    again = pile()
+    restore(again, tmp_path / "c.h5")
+    for one in (sim, again):
+        one.materials.set_pair("a", "a", friction=friction, kn=900.0)
+        one.run(1)
+    assert fingerprint(sim) == fingerprint(again)

@@ -29,6 +29,13 @@ def test_a_sample_is_pressed_with_a_pressure_on_all_walls(kind):
     assert [room.stress(sim, wall) for wall in room.walls] == pytest.approx([20.0] * len(room.walls), rel=5e-3), "it is held"
 
 
+def test_the_pressure_is_reached_before_a_sample_that_may_be_restless_is_taken():
+    sim = cloud("cylinder")
+    found = press(sim, 20.0, Preparation(rest=100.0, look=20))
+    sim.prepare()
+    assert [Room(sim).stress(sim, wall) for wall in sim.walls] == pytest.approx([20.0] * 3, rel=5e-3) and found.unbalanced > 1e-3
+
+
 @pytest.mark.parametrize("kind", ["brick", "cylinder", "periodic"])
 def test_a_sample_gets_its_solid_fraction(kind):
     """To 1e-6, 0.1 % being allowed, at an overlap of less than a tenth."""

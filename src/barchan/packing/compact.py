@@ -67,8 +67,8 @@ def _close_in(sim, room, factor, how, steps):
         note["moving"] = False
         for wall in room.walls:
             _set_speed(wall, 0.0)
-    settle(sim, how, lambda: True, after=steps)
-    return end(sim, room)
+    settle(sim, how, room, after=steps)
+    return end(sim)
 
 
 def _set_speed(wall, speed):
@@ -105,5 +105,5 @@ def _grow(sim, room, factor, how, steps):
         sim.run(max(note["begun"] + steps - sim.step_number, 0))
     finally:
         sim.actions.remove(growth)
-    settle(sim, how, lambda: True, after=steps)
-    return end(sim, room)
+    settle(sim, how, room, after=steps)
+    return end(sim)

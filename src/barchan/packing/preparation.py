@@ -120,10 +120,11 @@ def begin(sim, how, note, set_up):
     return sim.notes[NOTE]
 
 
-def settle(sim, how, holds, after=0):
+def settle(sim, how, room, holds=lambda: True, after=0):
     """Run until the sample is at rest, and what is wanted holds.
 
     Args:
+        room: that is around it.
         holds: function without arguments, called on all ranks.
         after: steps from the beginning that are over before the first look.
 
@@ -131,7 +132,7 @@ def settle(sim, how, holds, after=0):
         RunError: it did not come to rest.
     """
     note = sim.notes[NOTE]
-    look = _Look(note["begun"], after, how, holds)
+    look = _Look((note["begun"], after), how, room, holds)
     sim.writers.insert(0, look)
     try:
         while not note["rests"]:
@@ -139,7 +140,7 @@ def settle(sim, how, holds, after=0):
             if done >= how.most:
                 raise RunError(
                     f"step {sim.step_number}: the sample is not at rest after {done} steps: unbalanced force "
-                    f"{note['unbalanced']:.3g}, allowed {how.rest:g}. Damp more (a lower restitution, or "
+                    f"{note['sample'][-1]:.3g}, allowed {how.rest:g}. Damp more (a lower restitution, or "
                     f"Simulation.damping), or allow more (Preparation: rest, most)"
                 )
             sim.run(how.look - done % how.look)
@@ -150,34 +151,28 @@ def settle(sim, how, holds, after=0):
 class _Look:
     """A writer, the first, so that a checkpoint of the same step knows what was seen: a restored state cannot be measured."""
 
-    def __init__(self, begun, after, how, holds):
-        self._begun, self._after, self._how, self._holds = begun, after, how, holds
+    def __init__(self, begin, how, room, holds):
+        self._begin, self._how, self._room, self._holds = begin, how, room, holds
 
     def due(self, step):
         """True at each look: the same steps after a resume."""
-        return step > self._begun + self._after and (step - self._begun) % self._how.look == 0
+        begun, after = self._begin
+        return step > begun + after and (step - begun) % self._how.look == 0
 
     def write(self, sim):
-        """Note whether it is at rest."""
+        """Note what is there, and whether it is at rest."""
         note = sim.notes[NOTE]
-        note["unbalanced"] = unbalanced_force(sim)
-        calm = note["unbalanced"] < self._how.rest or ContactStatistics().compute(sim).largest_overlap < _BEARS_NOTHING
-        note["rests"] = bool(calm and self._holds())
+        unbalanced, overlap, volume = unbalanced_force(sim), ContactStatistics().compute(sim).largest_overlap, self._room.volume
+        pressure = stress(sim).mean_stress * float(np.prod(sim.box.length)) / volume
+        note["sample"] = [solid_volume(sim) / volume, pressure, overlap, unbalanced]
+        note["rests"] = bool((unbalanced < self._how.rest or overlap < _BEARS_NOTHING) and self._holds())
 
 
-def end(sim, room):
-    """Give back the friction that was there before; the ``Sample``, at that of the preparation."""
-    note = sim.notes[NOTE]
-    found = Sample(
-        solid_volume(sim) / room.volume,
-        stress(sim).mean_stress * float(np.prod(sim.box.length)) / room.volume,
-        ContactStatistics().compute(sim).largest_overlap,
-        unbalanced_force(sim),
-        sim.step_number - note["begun"],
-    )
+def end(sim):
+    """Give back the friction that was there before; the ``Sample``, as it was seen with that of the preparation."""
+    note = sim.notes.pop(NOTE)
     sim.materials.replace_pairs(note["pairs"])
-    del sim.notes[NOTE]
-    return found
+    return Sample(*note["sample"], sim.step_number - note["begun"])
 
 
 def solid_volume(sim):

@@ -49,8 +49,8 @@ def press(sim, pressure, how=Preparation()):  # noqa: B008 (it cannot be changed
             wall.control = Servo(max_speed=speed, stress=pressure, area=room.area(wall))
 
     begin(sim, how, {}, set_up)
-    settle(sim, how, lambda: all(abs(room.stress(sim, wall) - pressure) <= _HELD * pressure for wall in room.walls))
-    return end(sim, room)
+    settle(sim, how, room, lambda: all(abs(room.stress(sim, wall) - pressure) <= _HELD * pressure for wall in room.walls))
+    return end(sim)
 
 
 def _rate(sim, pressure):
