@@ -13,6 +13,7 @@ from barchan.measure.jet import Jet
 from barchan.measure.profile import Profile
 from barchan.measure.sliding import sliding_fraction
 from barchan.measure.solid_fraction import solid_fraction, void_ratio
+from barchan.measure.strain import Strain, strain
 from barchan.measure.stress import Stress, stress
 from barchan.measure.unbalanced_force import unbalanced_force
 
@@ -27,6 +28,7 @@ __all__ = [
     "Jet",
     "KineticEnergy",
     "Profile",
+    "Strain",
     "Stress",
     "coarse_grain",
     "contact_table",
@@ -35,6 +37,7 @@ __all__ = [
     "inertial_number",
     "sliding_fraction",
     "solid_fraction",
+    "strain",
     "stress",
     "unbalanced_force",
     "void_ratio",
