@@ -32,6 +32,10 @@ def test_grains_on_a_chute_move_faster_towards_the_surface():
     assert np.isfinite(speed).all()
 
 
+def test_sand_in_a_triaxial_cell_has_a_friction_angle():
+    assert 18.0 < example("triaxial")(across=5) < 45.0
+
+
 def test_the_avalanche_of_the_script_is_that_of_the_file(tmp_path):
     command = [sys.executable, "-m", "barchan.cli", "run", str(EXAMPLES / "avalanche.toml"), "--out", str(tmp_path)]
     subprocess.run(command, check=True, capture_output=True)
