@@ -107,6 +107,8 @@ def test_a_preparation_that_was_interrupted_goes_on_in_the_same_process_with_the
 
 
 def test_a_sample_that_does_not_come_to_rest_is_told():
+    with pytest.raises(RunError, match=r"not at rest after 2000 steps: unbalanced force inf, allowed"):
+        compact(cloud("brick"), 0.5, "walls", Preparation(most=1000), steps=2000)
     with pytest.raises(RunError, match=r"not at rest after 1000 steps: unbalanced force .*, allowed 0.001. Damp more"):
         press(cloud("brick"), 20.0, Preparation(most=1000))
 

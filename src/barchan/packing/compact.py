@@ -3,6 +3,7 @@
 from barchan.errors import SceneError
 from barchan.packing.preparation import NOTE, Preparation, begin, check_preparation, end, positive, settle, solid_volume
 from barchan.preflight import check_count
+from barchan.triggers import Every
 from barchan.walls.curved import Cylinder
 from barchan.walls.room import Room
 from barchan.words import shown
@@ -83,11 +84,7 @@ class _Growth:
 
     def __init__(self, begun, steps, factor):
         self._begun, self._times, self._factor = begun, steps // _GROW_EVERY, factor
-
-    def due(self, step):
-        """True at each look while grains grow."""
-        looks, rest = divmod(step - self._begun, _GROW_EVERY)
-        return rest == 0 and 0 < looks <= self._times
+        self.due = Every(_GROW_EVERY, start=begun + _GROW_EVERY)
 
     def apply(self, sim):
         """Grow, with the mass: all grains, in the same proportion."""

@@ -12,6 +12,7 @@ from barchan.errors import MaterialError, RunError, SceneError
 from barchan.measure import ContactStatistics, stress, unbalanced_force
 from barchan.measure.base import sphere_volume
 from barchan.measure.sums import exact_sums
+from barchan.triggers import Every
 from barchan.words import shown
 
 #: Under which ``Simulation.notes``, and so a checkpoint, keeps how far a preparation is.
@@ -106,7 +107,7 @@ def begin(sim, how, note, set_up):
             "begun": sim.step_number,
             "pairs": sim.materials.describe()["pairs"],
             "rests": False,
-            "unbalanced": math.inf,
+            "sample": [0.0, 0.0, 0.0, math.inf],
             **note,
         }
         if how.friction is not None:
@@ -132,7 +133,8 @@ def settle(sim, how, room, holds=lambda: True, after=0):
         RunError: it did not come to rest.
     """
     note = sim.notes[NOTE]
-    look = _Look((note["begun"], after), how, room, holds)
+    first = note["begun"] + (after // how.look + 1) * how.look
+    look = _Look(Every(how.look, start=first), how.rest, room, holds)
     sim.writers.insert(0, look)
     try:
         while not note["rests"]:
@@ -151,13 +153,8 @@ def settle(sim, how, room, holds=lambda: True, after=0):
 class _Look:
     """A writer, the first, so that a checkpoint of the same step knows what was seen: a restored state cannot be measured."""
 
-    def __init__(self, begin, how, room, holds):
-        self._begin, self._how, self._room, self._holds = begin, how, room, holds
-
-    def due(self, step):
-        """True at each look: the same steps after a resume."""
-        begun, after = self._begin
-        return step > begun + after and (step - begun) % self._how.look == 0
+    def __init__(self, due, rest, room, holds):
+        self.due, self._rest, self._room, self._holds = due, rest, room, holds
 
     def write(self, sim):
         """Note what is there, and whether it is at rest."""
@@ -165,7 +162,7 @@ class _Look:
         unbalanced, overlap, volume = unbalanced_force(sim), ContactStatistics().compute(sim).largest_overlap, self._room.volume
         pressure = stress(sim).mean_stress * float(np.prod(sim.box.length)) / volume
         note["sample"] = [solid_volume(sim) / volume, pressure, overlap, unbalanced]
-        note["rests"] = bool((unbalanced < self._how.rest or overlap < _BEARS_NOTHING) and self._holds())
+        note["rests"] = bool((unbalanced < self._rest or overlap < _BEARS_NOTHING) and self._holds())
 
 
 def end(sim):
