@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 
 from barchan import soundness
+from barchan.actions.change import make_again
 from barchan.errors import CheckpointError, SceneError
 from barchan.forces import Damping
 from barchan.kernels.provenance import source_hash
@@ -226,13 +227,14 @@ def _inside(group, name, kind):
 def restore(sim, path):
     """Put a state into a simulation that was built by the same script, without its grains.
 
-    Law, materials, walls and box must be those of the script; positions of walls, gravity, damping and all grains come from
-    the file.
+    Law, materials, walls and box must be those of the script, once what each ``barchan.actions.Change`` had changed by then is
+    changed again; positions of walls, gravity, damping and all grains come from the file.
 
     Raises:
         CheckpointError: the file is damaged, or belongs to another scene (the message names the first difference).
     """
     state = read_state(path, sim.comm)
+    make_again(sim, state.about["notes"])
     about, now = state.about, json.loads(json.dumps(_about(sim)))
     difference = soundness.foreign(about, now)
     if difference:

@@ -182,7 +182,10 @@ class Simulation(Assembly):
         self._take_up_edits()
         if not (self._primed and self._listed):
             raise_together(self.comm, preflight.fault(self))
-        self._take_up_settings()
+        self._take_up_parameters()
+        if self.loops is None:
+            self.loops = make_loops(self.law, len(self.materials) == 1)
+        self._take_up_sizes()
         if not (self._primed and self._listed):
             preflight.check_box(self, self._cutoff())
             self.rebuild()
@@ -319,6 +322,7 @@ class Simulation(Assembly):
             self._take_up_edits()
             if not self._listed:
                 raise_together(self.comm, preflight.fault(self))
+            if self._take_up_parameters() or not self._listed:
                 self._take_up_sizes()
                 preflight.check_box(self, self._cutoff())
 
@@ -357,17 +361,15 @@ class Simulation(Assembly):
             self._take_down_list()
             self._primed = False
 
-    def _take_up_settings(self):
-        """Check what users set on the simulation itself, and bring in what has changed since the last run."""
+    def _take_up_parameters(self):
+        """Check what users set on the simulation and its materials, and bring it in; True if contacts have new parameters."""
         preflight.check_settings(self)
         self._gravity, self._damping = Gravity(self.gravity), self.damping
-        table = self.materials.table(self.law)
-        if self.table is not None and not np.array_equal(table, self.table):
-            self._primed = False  # forces with the new parameters
-        self.table = table
-        if self.loops is None:
-            self.loops = make_loops(self.law, len(self.materials) == 1)
-        self._take_up_sizes()
+        before, self.table = self.table, self.materials.table(self.law)
+        if before is None or np.array_equal(before, self.table):
+            return False
+        self._primed = False  # forces with the new parameters
+        return True
 
     def _take_up_sizes(self):
         """The skin that suits the grains there are now, and whether the time step does."""

@@ -6,6 +6,7 @@ A writer has ``due(step)`` and ``write(sim)``, which all ranks call; rank 0 writ
 from barchan.writers.dump import LammpsDump
 from barchan.writers.frames import ContactFrames, FrameFile, GrainFrame, GrainFrames, frames, read_grain_frame
 from barchan.writers.table import Table, read_table
+from barchan.writers.wall_columns import wall_columns
 
 __all__ = [
     "ContactFrames",
@@ -17,4 +18,5 @@ __all__ = [
     "frames",
     "read_grain_frame",
     "read_table",
+    "wall_columns",
 ]
