@@ -3,8 +3,8 @@
 from barchan.packing.compact import compact
 from barchan.packing.packing import Packing
 from barchan.packing.preparation import Preparation, Sample
-from barchan.packing.press import press
+from barchan.packing.press import hold, press
 from barchan.packing.read import read_packing
 from barchan.packing.sizes import Sieves
 
-__all__ = ["Packing", "Preparation", "Sample", "Sieves", "compact", "press", "read_packing"]
+__all__ = ["Packing", "Preparation", "Sample", "Sieves", "compact", "hold", "press", "read_packing"]

@@ -19,8 +19,8 @@ _CLOSING = 1e-2
 def press(sim, pressure, how=Preparation()):  # noqa: B008 (it cannot be changed)
     """Press a cloud of grains by all walls of its ``barchan.walls.Room`` until each has the wanted stress and grains are at rest.
 
-    Each wall gets a ``Servo``, which goes on holding the pressure afterwards. They close in with an inertial number of at most
-    0.01. Set gravity to 0, or walls that bear weight have more than the others. All ranks must call this.
+    Each wall gets a ``Servo``, as ``hold`` gives it, which goes on holding the pressure afterwards. Set gravity to 0, or walls
+    that bear weight have more than the others. All ranks must call this.
 
     A run that was stopped meanwhile goes on, bit for bit: make the same scene, call this with the same arguments, and give the
     checkpoint as ``how.resume``. Afterwards grains have the friction of before again; the next run computes forces with it.
@@ -41,16 +41,28 @@ def press(sim, pressure, how=Preparation()):  # noqa: B008 (it cannot be changed
     check_preparation("press", how)
     pressure, room = positive("press: pressure", pressure, "force/length^2"), Room(sim)
     room.check_has_walls("press")
-    rate = _rate(sim, pressure)
-
-    def set_up():
-        for wall in room.walls:
-            speed = 0.5 * rate * room.across(wall)
-            wall.control = Servo(max_speed=speed, stress=pressure, area=room.area(wall))
-
-    begin(sim, how, {}, set_up)
+    begin(sim, how, {}, lambda: hold(sim, pressure))
     settle(sim, how, room, lambda: all(abs(room.stress(sim, wall) - pressure) <= _HELD * pressure for wall in room.walls))
     return end(sim)
+
+
+def hold(sim, pressure):
+    """Give each wall of the ``barchan.walls.Room`` a ``Servo`` that lets grains press on it with a pressure.
+
+    Walls close in with an inertial number of at most 0.01, of the grains and the room as they are now. A script that resumes a
+    checkpoint written after ``press`` makes the same scene, calls this instead, and then ``restore``. All ranks must call this.
+
+    Args:
+        sim: grains in a room, as ``press`` takes them.
+        pressure: on each wall [force/length^2].
+
+    Raises:
+        SceneError: there is no room, or no grains, or the pressure is not above 0.
+    """
+    pressure, room = positive("hold: pressure", pressure, "force/length^2"), Room(sim)
+    rate = _rate(sim, pressure)
+    for wall in room.walls:
+        wall.control = Servo(max_speed=0.5 * rate * room.across(wall), stress=pressure, area=room.area(wall))
 
 
 def _rate(sim, pressure):
