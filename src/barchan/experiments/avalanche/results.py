@@ -146,7 +146,8 @@ def _checks(scene, series, flow, sittings):
 
 
 def _energy_check(scene, flow):
-    """What is missing in the budget was dissipated for good, or is in tangential springs, which may give it back.
+    """What is missing in the budget was dissipated; but the stiffness of tangential springs follows the overlap, and as it grows
+    under a held displacement they gain energy that nobody gave.
 
     With F_n = f k_n delta and F_t = f k_t u <= mu F_n, these hold at most 5/4 mu^2 k_n/k_t times the energy of the normal
     ones. So at any later time at least what is missing now, less what they can hold now, must be missing.
@@ -156,7 +157,7 @@ def _energy_check(scene, flow):
     held = 1.25 * scene.friction**2 * scene.kn / scene.kt * flow["elastic energy [J]"] + rounding
     fall = float((np.maximum.accumulate(missing) - missing).max())
     excess = float((np.maximum.accumulate(missing - held) - missing).max())
-    most = f"{float(held.max()):.1e} J, what tangential springs held at the time"
+    most = f"{float(held.max()):.1e} J, what tangential springs can hold at the time"
     return Check("energy never grows", f"{fall:.1e} J came back", f"at most {most}", excess <= 0.0)
 
 
