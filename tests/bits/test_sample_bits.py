@@ -71,7 +71,7 @@ def alone(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("threads", "ranks", "stop"), [(2, 1, None), (1, 2, None), (1, 1, 777), (1, 2, 1020), (1, 1, 2500), (1, 1, "last")], ids=str
+    ("threads", "ranks", "stop"), [(2, 1, None), (1, 1, 777), (1, 2, 1020), (1, 1, 2500), (1, 1, "last")], ids=str
 )
 @pytest.mark.parametrize("kind", WAYS)
 def test_threads_ranks_and_a_stop_change_no_bit(kind, threads, ranks, stop, alone, tmp_path):
