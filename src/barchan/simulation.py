@@ -67,8 +67,7 @@ class Simulation(Assembly):
         self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
         self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
         self.loops = self.table = self._checked_dt = self._list_skin = self.stable_dt = None
-        self._law_reach = 0.0
-        self._computed = 0.0
+        self._computed = self._law_reach = 0.0
         self._complete = True
 
     # -- the algorithm -----------------------------------------------------------------------------------------------

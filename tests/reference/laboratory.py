@@ -1,8 +1,8 @@
 """A large sample under six servo walls: ``python tests/reference/laboratory.py TILE COPIES STEPS [THREADS]``.
 
 A periodic tile of TILE grains is compacted, COPIES^3 of them stand side by side in a cell, whose six servo walls follow a ramp of
-stress for so many steps once they are seated. Prints what that took as JSON, and what 20 million steps would. The sample of Marketos
-et al. (2013) has 1,428,532 grains; 4 copies of 22,321 each way are 12 more, which are left out.
+stress for so many steps once they are seated. Prints what that took as JSON, and what 20 million steps would. The sample of
+Marketos et al. (2013) has 1,428,532 grains; 4 copies of 22,321 each way are 12 more, which are left out.
 """
 
 import json
