@@ -164,7 +164,8 @@ class Wall:
 
     @property
     def torque(self):
-        """Torque of the grains on the wall about its point, (3,) [force length]."""
+        """Torque of the grains on the wall about its point, (3,) [force length]. Ask in a writer or between runs: in an action
+        grains and walls have moved on since the forces were computed."""
         return np.array(self.load.torque)
 
     @property
