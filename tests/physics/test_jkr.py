@@ -110,6 +110,11 @@ def test_a_contact_begins_where_grains_touch():
     sim.run(10)
     assert sim.touching == 0 and not sim.grains.force.any()
     assert force_at(0.0, RADIUS_EFF) == pytest.approx(-8.0 / 9.0 * pull(RADIUS_EFF))
+    near = bc.Simulation(bc.Box((-3,) * 3, (3,) * 3), bc.laws.jkr, material(), DT, threads=1)
+    near.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
+    near.add_grains([(0, 0, RADII[0] + 0.5 * end(RADII[0]))], RADII[0])
+    near.run(10)
+    assert near.touching == 0 and not near.grains.force.any()
 
 
 def test_a_contact_that_has_ended_stays_so():
