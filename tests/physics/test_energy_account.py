@@ -7,6 +7,8 @@ import pytest
 
 import barchan as bc
 from barchan.errors import SceneError
+from barchan.experiments.compression import Compression
+from barchan.experiments.compression.setup import build, stages
 from barchan.measure import EnergyAccount, EnergyBudget
 
 LAWS = list(bc.laws.SHIPPED.values())
@@ -179,3 +181,20 @@ def test_the_budget_of_a_state_knows_springs():
     overlap = 1.0 - float(np.linalg.norm(sim.grains.position[1] - sim.grains.position[0]))
     expected = 0.5 * 1e4 * overlap**2 + 0.5 * 3e3 * slid**2
     assert EnergyBudget().compute(sim).elastic == pytest.approx(expected, rel=1e-12) and slid > 5e-4
+
+
+@pytest.mark.validate
+@pytest.mark.filterwarnings("ignore:.*overlap by more than")
+def test_a_compression_at_its_default_step_keeps_account():
+    """Six servo walls press a small sample, from loose on: at most 1e-3 of the largest term is left over."""
+    values = {"grains": 250, "width": 9e-3, "height": 8e-3, "stress_rate": 10e6, "rain": 50e-3}
+    scene = Compression.make(values)
+    sim = build(scene, 1)
+    for stage in stages(scene):
+        stage.begin(sim)
+        if stage.name == "seat":
+            sim.writers.append(EnergyAccount())
+        sim.run(stage.end - sim.step_number)
+    found = account(sim)
+    assert found.walls > 10.0 * found.start and found.elastic > found.friction > 0.0
+    assert abs(found.residual) < 1e-3 * found.largest
