@@ -254,6 +254,29 @@ def test_source_hash_sees_a_change_in_the_law_a_helper_or_a_constant(tmp_path):
     assert len({digest(), digest(factor="2.5"), digest(expression="FACTOR * x * x")}) == 3
 
 
+REACHING = """
+import barchan as bc
+
+FAR = {far}
+
+
+def far(radius_eff):
+    return FAR * radius_eff
+
+
+@bc.law(properties={{"kn": "force/length"}}, history={{"count": 1}}, reach=far)
+def spring(overlap, kn, count):
+    return kn * overlap, (0.0, 0.0, 0.0), count
+"""
+
+
+def test_loops_and_source_hash_see_how_far_a_law_reaches(tmp_path):
+    """Its function may be the same: two of them in one process do not meet, and a checkpoint of one is refused by the other."""
+    near, far = (user_file(tmp_path, REACHING.format(far=size)).spring for size in ("0.1", "0.2"))
+    assert source_hash(near) != source_hash(far)
+    assert make_loops(near, True).module is not make_loops(far, True).module
+
+
 def test_source_hash_of_a_function_of_time(tmp_path):
     def digest(rate, inner):
         return source_hash(
