@@ -55,6 +55,13 @@ def assert_same(first, second):
     assert differences(first, second) == []
 
 
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_contacts_are_found_again_beyond_a_skin_that_is_thinner_than_their_reach(ranks, plain):
+    """Held grains are up to four skins apart when the list is made: they must be in it, and among the ghosts."""
+    found = virtual_ranks(ranks, final_state, bc.laws.jkr, 1, None, 0.005)
+    assert_same(plain(bc.laws.jkr), found[-1])
+
+
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 class TestSameBits:
     def test_the_state_is_worth_testing(self, law):

@@ -11,6 +11,7 @@ from barchan.checkpoint import collect, restore, save
 from barchan.compare import differences
 from barchan.errors import LawError
 from barchan.laws.jkr import reach, root_of_contact_radius
+from barchan.parallel import virtual_ranks
 
 RADII, DENSITY, MODULUS, POISSON, FRICTION, WORK, DT = (0.3, 0.5), 1.0, 1e5, 0.3, 0.4, 50.0, 1e-4
 RADIUS_EFF = RADII[0] * RADII[1] / sum(RADII)
@@ -182,6 +183,21 @@ def test_a_contact_at_a_wall_outlasts_rebuilds_and_a_resume(tmp_path):
     resumed.run(100)
     assert differences(collect(plain), collect(rebuilt)) == []
     assert differences(collect(plain), collect(resumed)) == []
+
+
+def test_a_contact_is_held_across_the_border_of_two_ranks():
+    """Two equal grains, one at the border, are drawn apart to 9/10 of their reach, with a skin a hundredth of it."""
+
+    def drawn_apart():
+        heavy = material(density=1e12)
+        sim = bc.Simulation(bc.Box((-3,) * 3, (3,) * 3), bc.laws.jkr, heavy, DT, threads=1)
+        sim.skin, sim.staleness.also_when = 0.01 * end(0.25), lambda step: True
+        sim.add_grains([(-1e-6, 0, 0), (0.9998, 0, 0)], 0.5, velocity=[(0, 0, 0), (0.1, 0, 0)])
+        sim.run(round((0.9 * end(0.25) + 0.0002) / (0.1 * DT)))
+        return int(sim.comm.sum([sim.touching])[0]), sim.grains.n
+
+    assert drawn_apart() == (1, 2)
+    assert virtual_ranks(2, drawn_apart) == [(1, 1), (1, 1)]
 
 
 def sim_gap(sim):
