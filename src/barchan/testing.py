@@ -163,7 +163,7 @@ def _zero(bench):
     normal_force, *others = [*touching[:4], *([x / bench.radius for x in touching[4:7]] if bench.law.couple else [])]
     pushes = max(normal_force, 0.0) if bench.law.adhesive else abs(normal_force)
     force = max(pushes, *map(abs, others))
-    return force <= 1e-4 * abs(typical[0]), f"force {force:.3g} at overlap 1e-12 R, {typical[0]:.3g} at 0.01 R"
+    return force <= 1e-4 * abs(typical[0]), f"force {force or normal_force:.3g} at overlap 1e-12 R, {typical[0]:.3g} at 0.01 R"
 
 
 def _finite(bench):

@@ -80,7 +80,8 @@ def resume(experiment, scene, path, manner, journal):
         _check_same(scene, sim, directory)
         on_first_rank(sim.comm, lambda: _read_tables(directory.path))
         if sim.step_number >= experiment.stages(scene)[-1].end:
-            journal.say(f"the run in {path} is finished, at step {sim.step_number:,}; give a longer --duration to continue it")
+            longer = " or ".join(f"--set {name}=..." for name in scene.extendable)
+            journal.say(f"the run in {path} is finished, at step {sim.step_number:,}; give a longer {longer} to continue it")
         else:
             directory.rewrite(experiment.name, scene, record.versions())
             _tell_of_cores(sim, journal)

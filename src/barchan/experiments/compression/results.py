@@ -39,10 +39,16 @@ def results(scene, directory):
             f"{readable(load['mean stress [Pa]'][-1], 'Pa')}, target {readable(load['target stress [Pa]'][-1], 'Pa')}",
         ),
         ("volumetric strain", f"{100.0 * load['volumetric strain [1]'][-1]:.3f} % (compression positive)"),
-        ("void ratio", f"{load['void ratio [1]'][0]:.4f} at the start, {load['void ratio [1]'][-1]:.4f} at the end"),
+        ("void ratio", "{:.4f} as flattened, {:.4f} before loading, {:.4f} at the end".format(*_void_ratios(load))),
         *structure_values(load),
     ]
     return Results(values, _differences(scene), _checks(scene, load, record.sittings(directory / "record.json")))
+
+
+def _void_ratios(load):
+    """At the first row, at the state from which volumetric strain counts, and at the last."""
+    ratio = load["void ratio [1]"]
+    return ratio[0], (1.0 + ratio[-1]) * np.exp(load["volumetric strain [1]"][-1]) - 1.0, ratio[-1]
 
 
 def loading(scene, load):

@@ -1,5 +1,7 @@
 """Pictures of an oedometer test, from the tables and frames of its run."""
 
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
 from barchan.experiments.cell.figures import sample
 from barchan.experiments.oedometer.modulus import Moduli
 from barchan.experiments.oedometer.results import branches, series
@@ -25,6 +27,9 @@ def void_ratio(scene, load, path):
     with figure(path, size=(4.6, 3.6)) as (_, axis):
         _draw(axis, scene, load, 1e-3 * load["vertical stress [Pa]"], load["void ratio [1]"])
         axis.set(xlabel="vertical stress [kPa]", ylabel="void ratio [1]", xscale="log")
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.xaxis.set_minor_locator(NullLocator())
         axis.legend()
     return path
 

@@ -70,7 +70,7 @@ def _values(scene, load):
         ("carried by the sides", f"{100.0 * share:.2f} % of the load of the top, at its largest, by friction"),
         ("K0", told("K0 [1]", "{:.3f}".format)),
         ("vertical strain", told("volumetric strain [1]", lambda value: f"{100.0 * value:.3f} %") + " (compression positive)"),
-        ("void ratio", f"{load['void ratio [1]'][0]:.4f} at the start, " + told("void ratio [1]", "{:.4f}".format)),
+        ("void ratio", f"{load['void ratio [1]'][0]:.4f} as flattened, " + told("void ratio [1]", "{:.4f}".format)),
         ("constrained modulus", f"{loading:.3f} MPa loading, {unloading:.3f} MPa unloading, near the largest stress"),
         ("sliding contacts", told("sliding contacts [1]", lambda value: f"{100.0 * value:.1f} %")),
     ]
