@@ -61,7 +61,7 @@ def evaluate(law, parameters, values):
     if not isinstance(result, tuple) or [_width(part) for part in result] != [*law.returns.values()]:
         raise LawError(
             f"law '{law.name}' must return {', '.join(law.returns)}; got {result!r} "
-            f"(the first is a number, forces and couples tuples of three, history as wide as declared)"
+            f"(the first is a number, forces and couples tuples of three, history as wide as declared; a couple: couple=True)"
         )
     return result
 

@@ -98,7 +98,7 @@ class _Bench:
     """Two grains that collide: the time scale and the speed at which they overlap by about 1 % of the radius."""
 
     def __init__(self, law, material, radius):
-        self.law, self.material, self.radius, self.code = law, material, radius, machine_code(law)
+        self.law, self.material, self.radius = law, material, radius
         sim = self.collision(0.0, 1.0, 1.0)
         self.table = sim.materials.table(law)
         stable = preflight.stable_time_step(law, self.table, sim.grains, 1)
@@ -107,6 +107,7 @@ class _Bench:
                 f"law '{law.name}': its normal force at rest does not grow with the overlap (at 5 % of the diameter), so that no "
                 f"time step can be chosen; it must be positive when it pushes the grains apart"
             )
+        self.code = machine_code(law)  # now that the plain function is known to return what it must
         self.dt = 0.1 * stable
         self.speed = 2e-3 * radius * 0.017 / self.dt
         self.steps = 3000
