@@ -33,18 +33,19 @@ def cloud(across, friction=0.5):
 
 
 def shear(sim, shortening, steps, rows=10):
-    """Let the plates come closer with a steady speed, while the side goes on holding its pressure; rows of axial and volumetric
-    strain of the grains, axial and radial stress on the walls [Pa]."""
+    """Let the plates come closer with a steady speed, while the side goes on holding its pressure; rows of axial strain of the
+    plates, volumetric strain of the grains, axial and radial stress on the walls [Pa]."""
     side, floor, top = sim.walls
     room, told = Room(sim), []
+    height = room.size[2]
     mark_places(sim)
     for plate in (floor, top):
         plate.control = None
-        plate.velocity = 0.5 * shortening * room.size[2] / (steps * sim.dt) * plate.normal
+        plate.velocity = 0.5 * shortening * height / (steps * sim.dt) * plate.normal
     for _ in range(rows):
         sim.run(steps // rows)
-        found, axial = strain(sim), 0.5 * (room.stress(sim, floor) + room.stress(sim, top))
-        told.append((found.logarithmic[2, 2], found.volumetric_strain, axial, room.stress(sim, side)))
+        axial = 0.5 * (room.stress(sim, floor) + room.stress(sim, top))
+        told.append((np.log(height / room.size[2]), strain(sim).volumetric_strain, axial, room.stress(sim, side)))
     for plate in (floor, top):
         plate.velocity = (0, 0, 0)
     return np.array(told)

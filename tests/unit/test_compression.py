@@ -15,7 +15,8 @@ from barchan.experiments.compression.results import loading
 from barchan.report import Journal
 from barchan.writers import Table
 
-SMALL = {"grains": 250, "width": "9 mm", "height": "8 mm", "rain": "60 ms", "seat": "10 ms", "stress_rate": "6 MPa/s"}
+SMALL = {"grains": 250, "width": "10 mm", "height": "9 mm", "gravity": 60, "rain": "50 ms", "seat": "10 ms"}
+SMALL |= {"stress_rate": "6 MPa/s"}
 
 
 def test_the_target_grows_at_the_rate_and_ends():
@@ -26,9 +27,9 @@ def test_the_target_grows_at_the_rate_and_ends():
     assert scene.target(seated + 50_000) == pytest.approx(60e3) and scene.target(loaded) == scene.target(held + 5) == 110e3
 
 
-@pytest.mark.parametrize("grains", [100, 3000, 20_000])
+@pytest.mark.parametrize("grains", [1000, 3000, 20_000])
 def test_grains_start_clear_of_walls_and_of_each_other(grains):
-    scene = Compression.make({"grains": grains})
+    scene = Compression.make({"grains": grains, "height": "7.5 mm" if grains < 3000 else "24 mm"})
     sim = build(scene)
     sim.prepare()
     assert sim.touching == 0 and sim.grains.n == Lattice.of(scene).grains == pytest.approx(grains, rel=0.6)
@@ -87,6 +88,11 @@ def test_checks_tell_a_wall_that_follows_from_one_that_does_not(noise, follows, 
     assert load["volumetric strain [1]"][-1] == pytest.approx(-3.0 * np.log(0.99), rel=1e-2)
 
 
+def test_grains_that_cannot_fill_the_cell_are_refused():
+    with pytest.raises(SceneError, match=r"grains = 800 reach a height of at most 0\.0069 m .* height = 0\.024 m is"):
+        Compression.make({"grains": 800})
+
+
 def test_without_a_table_nothing_is_concluded(tmp_path):
     assert ("loading", "not begun yet") in results(Compression(), tmp_path).values
 
@@ -117,6 +123,6 @@ def test_the_cell_names_its_walls():
     sim = build(Compression.make(SMALL))
     cell = Cell.of(sim)
     low, high = cell.corners()
-    assert low.tolist() == [0.0, 0.0, 0.0] and high[:2].tolist() == [9e-3, 9e-3]
-    assert cell.area(2)(sim) == pytest.approx(81e-6) and cell.area(0)(sim) == pytest.approx(9e-3 * high[2])
+    assert low.tolist() == [0.0, 0.0, 0.0] and high[:2].tolist() == [1e-2, 1e-2]
+    assert cell.area(2)(sim) == pytest.approx(1e-4) and cell.area(0)(sim) == pytest.approx(1e-2 * high[2])
     assert [tuple(wall.normal) for wall in cell] == [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]

@@ -4,6 +4,7 @@ from math import sqrt
 
 import numpy as np
 
+from barchan.errors import SceneError
 from barchan.measure.sums import exact_sums
 from barchan.packing.preparation import Preparation, begin, check_preparation, end, positive, settle, solid_volume
 from barchan.walls.control import Servo
@@ -19,8 +20,8 @@ _CLOSING = 1e-2
 def press(sim, pressure, how=Preparation()):  # noqa: B008 (it cannot be changed)
     """Press a cloud of grains by all walls of its ``barchan.walls.Room`` until each has the wanted stress and grains are at rest.
 
-    Each wall gets a ``Servo``, as ``hold`` gives it, which goes on holding the pressure afterwards. Set gravity to 0, or walls
-    that bear weight have more than the others. All ranks must call this.
+    Each wall gets a ``Servo``, as ``hold`` gives it, which goes on holding the pressure afterwards. Gravity must be 0: walls that
+    bear weight would have more than the others. All ranks must call this.
 
     A run that was stopped meanwhile goes on, bit for bit: make the same scene, call this with the same arguments, and give the
     checkpoint as ``how.resume``. Afterwards grains have the friction of before again; the next run computes forces with it.
@@ -35,12 +36,17 @@ def press(sim, pressure, how=Preparation()):  # noqa: B008 (it cannot be changed
         ``Sample``.
 
     Raises:
-        SceneError: there is no room, or it has no walls, or an argument cannot be used.
+        SceneError: there is no room, or it has no walls, or gravity is on, or an argument cannot be used.
         RunError: the sample did not come to rest.
     """
     check_preparation("press", how)
     pressure, room = positive("press: pressure", pressure, "force/length^2"), Room(sim)
     room.check_has_walls("press")
+    if any(sim.present_gravity):
+        raise SceneError(
+            f"press: gravity = {sim.present_gravity} [length/time^2] must be 0, or the floor bears more than the pressure; set "
+            f"sim.gravity = (0, 0, 0), and turn it on again afterwards"
+        )
     begin(sim, how, {}, lambda: hold(sim, pressure))
     settle(sim, how, room, lambda: all(abs(room.stress(sim, wall) - pressure) <= _HELD * pressure for wall in room.walls))
     return end(sim)

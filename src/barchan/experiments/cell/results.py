@@ -15,6 +15,9 @@ FOLLOWED, BALANCED = 0.01, 0.005
 #: Inertial number below which loading is quasi-static (GDR MiDi 2004).
 QUASI_STATIC = 1e-3
 
+#: Largest void ratio as flattened, of a few grains with many of them at walls: above, grains were still falling.
+LOOSEST = 1.25
+
 
 def load_series(scene, directory):
     """The table ``load.csv`` and its volumetric strain, logarithmic, from the end of the seating on; None if there is none."""
@@ -73,9 +76,11 @@ def is_over(scene, load):
 
 
 def sound_checks(scene, load, sittings):
-    """Checks of the simulation itself: overlaps, lost grains, time step."""
+    """Checks of the sample and of the simulation itself: grains that had settled, overlaps, lost grains, time step."""
     largest, lost = float(load["largest overlap [1]"].max()), int(load["grains"][0] - load["grains"][-1])
+    loose = float(load["void ratio [1]"][0])
     checks = [
+        Check("container filled", f"void ratio {loose:.2f} as flattened", f"{LOOSEST:g}", loose <= LOOSEST),
         Check("overlap", f"largest seen {100.0 * largest:.2f} % of a diameter", "5 %", largest <= 0.05),
         Check("lost grains", f"{lost}", "0", lost == 0),
     ]

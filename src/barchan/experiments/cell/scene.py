@@ -1,6 +1,6 @@
 """What samples that rain into a cell have in common: their parameters, and the lattice from which grains rain."""
 
-from math import sqrt
+from math import pi, sqrt
 from typing import NamedTuple
 
 from pydantic import Field, model_validator
@@ -13,6 +13,9 @@ RAIN_VOID_FRACTION = 0.7
 
 #: Inertial number with which walls may close in: they meet grains that are at rest.
 CLOSING = 1e-2
+
+#: Solid fraction of the densest random packing.
+DENSEST = 0.64
 
 
 class CellScene(Scene):
@@ -47,6 +50,13 @@ class CellScene(Scene):
             raise ValueError(f"radius_max = {self.radius_max:g} m is below radius_min = {self.radius_min:g} m")
         if min(self.width, self.height) < 6.0 * self.radius_max:
             raise ValueError(f"width and height must be at least three of the largest diameters, {6.0 * self.radius_max:g} m")
+        mean = (self.radius_min + self.radius_max) * (self.radius_min**2 + self.radius_max**2) / 4.0  # of radius^3
+        highest = self.grains * 4.0 / 3.0 * pi * mean / (DENSEST * self.width**2)
+        if highest < self.height:
+            raise ValueError(
+                f"grains = {self.grains:,} reach a height of at most {highest:.2g} m on a base of width = {self.width:g} m, and "
+                f"height = {self.height:g} m is where they are cut; give more grains, or a smaller width or height"
+            )
         return self
 
     def steps(self, seconds):
