@@ -1,5 +1,6 @@
 """Checks before a run starts: bad input never starts one. And the search for the culprit when a run must stop."""
 
+import inspect
 import os
 from math import isfinite, sqrt
 
@@ -8,6 +9,7 @@ import numpy as np
 from barchan.errors import LawError, LostGrainError, NotFiniteError, OverlapError, SceneError
 from barchan.forces import Damping
 from barchan.measure import contact_table
+from barchan.words import shown
 
 #: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
 _TYPICAL = 0.05
@@ -75,6 +77,32 @@ def _width(part):
     if isinstance(part, tuple):
         return 3 if [_width(x) for x in part] == [1, 1, 1] else None
     return 1 if isinstance(part, (bool, int, float, np.number)) and not isinstance(part, np.complexfloating) else None
+
+
+def check_energy(law, table):
+    """Refuse a law whose ``energy`` is none, for contacts without a past of grains of radius 1.
+
+    Raises:
+        LawError: it fails, or does not return two finite numbers.
+    """
+    if law.energy is None:
+        return
+    names = inspect.signature(law.energy).parameters
+    contact = equal_contact(1.0, 1.0, 2.0 * _TYPICAL) | {n: 0.0 if width == 1 else (0.0,) * 3 for n, width in law.history.items()}
+    for parameters in table.T.tolist():
+        known = contact | dict(zip(law.parameters, parameters))
+        given = {name: known[name] for name in names}
+        try:
+            with np.errstate(all="ignore"):
+                stored = law.energy(**{name: _as_compiled(value) for name, value in given.items()})
+        except Exception as error:  # whatever a user's function stumbles over
+            raise LawError(f"law '{law.name}': its energy() fails with {type(error).__name__}: {error}, for {given}") from error
+        two = isinstance(stored, tuple) and [_width(part) for part in stored] == [1, 1]
+        if not (two and all(map(isfinite, stored))):
+            raise LawError(
+                f"law '{law.name}': its energy() must return two finite numbers, what the normal force stores and what springs "
+                f"do; got {shown(stored)} for {given}"
+            )
 
 
 def stiffness(law, parameters, radius, mass, overlap):
@@ -246,7 +274,8 @@ def check_box(sim, cutoff):
         if sim.box.periodic[axis] and sim.box.length[axis] < 2.0 * cutoff:
             raise SceneError(
                 f"box: its period along {'xyz'[axis]} is {sim.box.length[axis]:g} [length]; it must be at least two "
-                f"cut-offs, {2.0 * cutoff:g} (largest diameter + skin, twice). Widen the box or lower the skin"
+                f"cut-offs, {2.0 * cutoff:g} (largest diameter + skin + reach of the law, twice). Widen the box or lower the "
+                f"skin or the reach"
             )
 
 

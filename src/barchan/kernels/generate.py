@@ -77,8 +77,10 @@ class _Sources:
 
     def _add_function(self, name, function):
         try:
+            if function.__name__ == "<lambda>":
+                self._fail(f"'{name}' must be a plain function (def), not a lambda")
             tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-        except (OSError, TypeError) as error:
+        except (OSError, TypeError, SyntaxError) as error:
             self._fail(f"the source of '{name}' cannot be read ({error}); define it in a file or a notebook cell")
         definition = tree.body[0]
         if not isinstance(definition, ast.FunctionDef):

@@ -21,6 +21,9 @@ VECTOR, SCALAR = 3, 1
 #: flat wall 1; a wall that curves around the grain may have more, and counts as this.
 MOST_CURVED = 4.0
 
+#: Effective radii, relative to the largest grain's, for which it is asked; the last counts.
+_SIZES = (0.01, 0.1, 0.5, 1.0, MOST_CURVED)
+
 #: Quantities of a contact that its energy may depend on.
 STORED_IN = ("overlap", "radius_first", "radius_second", "radius_eff")
 
@@ -163,7 +166,11 @@ class Law:
             return
         if not isinstance(function, FunctionType):
             raise LawError(f"{where}: {what} = {shown(function)} must be a plain function (def)")
-        unknown = [name for name in inspect.signature(function).parameters if name not in known]
+        arguments = inspect.signature(function).parameters
+        unusual = [str(a) for a in arguments.values() if a.kind is not a.POSITIONAL_OR_KEYWORD or a.default is not a.empty]
+        if unusual:
+            raise LawError(f"{where}: argument(s) {unusual} of its {what}() must be plain names, without * and without defaults")
+        unknown = [name for name in arguments if name not in known]
         if unknown:
             raise LawError(f"{where}: its {what}() asks for {unknown}; it may ask for {', '.join(known)}")
 
@@ -201,7 +208,7 @@ class Law:
         return () if self.reach is None else tuple(inspect.signature(self.reach).parameters)
 
     def largest_reach(self, table, radius):
-        """How far apart any contact of grains up to ``radius`` may last [length].
+        """How far apart any contact of grains up to ``radius`` may last [length]; 0 where there are none, and the radius is 0.
 
         Args:
             table: (parameters, pairs of materials) of this law.
@@ -209,16 +216,31 @@ class Law:
         Raises:
             LawError: the law's ``reach`` returns what is no length.
         """
-        if self.reach is None:
+        if self.reach is None or radius == 0.0:
             return 0.0
-        largest = 0.0
-        for column in table.T.tolist():
-            known = dict(zip(self.parameters, column)) | {"radius_eff": MOST_CURVED * radius}
-            length = self.reach(**{name: known[name] for name in self.reach_arguments})
-            if not (isinstance(length, float) and isfinite(length) and length >= 0.0):
+        return max(self._reach_of(column, radius) for column in table.T.tolist())
+
+    def _reach_of(self, parameters, radius):
+        """That of one pair of materials, once it is sure that smaller grains do not reach further."""
+        before = 0.0
+        for share in _SIZES:
+            known = dict(zip(self.parameters, parameters)) | {"radius_eff": share * radius}
+            try:
+                length = self.reach(**{name: known[name] for name in self.reach_arguments})
+            except Exception as error:  # whatever a user's function stumbles over
+                raise LawError(
+                    f"law '{self.name}': its reach() fails with {type(error).__name__}: {error}, for {known}"
+                ) from error
+            number = isinstance(length, (int, float)) and not isinstance(length, bool)
+            if not (number and isfinite(length) and length >= 0.0):
                 raise LawError(f"law '{self.name}': its reach() is {shown(length)} for {known}; it must be a finite number >= 0")
-            largest = max(largest, length)
-        return largest
+            if length < before * (1.0 - 1e-9):
+                raise LawError(
+                    f"law '{self.name}': its reach() falls from {before:g} to {length:g} [length] as radius_eff grows to "
+                    f"{known['radius_eff']:g}, for {known}; it must not, or contacts of small grains would be lost"
+                )
+            before = float(length)
+        return before
 
     def pair_parameters(self, first, second, where):
         """Parameters of a pair of materials, in the order of ``parameters``.
