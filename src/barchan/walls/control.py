@@ -27,6 +27,9 @@ def _number(what, value, dimension, least=None):
 
 _DIMENSIONS = {"force": "force", "stress": "force/length^2", "area": "length^2"}
 
+#: What they must exceed.
+_LEAST = {"area": 0.0}
+
 
 class Control:
     """The base of controls. One of your own derives from it and has ``steer``; what it remembers stands in ``memory``.
@@ -119,7 +122,7 @@ class ForceControl(Control):
         kind = type(self).__name__
         for name, value in (("force", force), ("stress", stress), ("area", area)):
             if value is not None and not callable(value):
-                _number(f"{kind}: {name}", value, _DIMENSIONS[name])
+                _number(f"{kind}: {name}", value, _DIMENSIONS[name], _LEAST.get(name))
         if not isinstance(start, (int, np.integer)) or isinstance(start, bool) or start < 0:
             raise SceneError(f"{kind}: start = {shown(start)} [steps] must be a whole number >= 0")
         self.force, self.stress, self.area, self.start = force, stress, area, int(start)
@@ -138,7 +141,7 @@ class ForceControl(Control):
     def _value(self, name, sim):
         given = getattr(self, name)
         what = f"{type(self).__name__}, t = {sim.time:g}: {name}"
-        return _number(what, given(sim) if callable(given) else given, _DIMENSIONS[name])
+        return _number(what, given(sim) if callable(given) else given, _DIMENSIONS[name], _LEAST.get(name))
 
     def steer(self, wall, sim):
         """Push the wall with the speed that the control finds, within its limit."""
@@ -196,7 +199,7 @@ class Servo(ForceControl):
     memory = ("steady", "resistance")
 
     def __init__(self, max_speed, **target):
-        super().__init__(max_speed=max_speed, **target)
+        super().__init__(max_speed=_number("Servo: max_speed", max_speed, "length/time", 0.0), **target)
         self.steady = self.resistance = 0.0
 
     def steer(self, wall, sim):

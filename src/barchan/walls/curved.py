@@ -6,7 +6,7 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.curved import distances_cone, distances_round, measure_cone, measure_round, near_cone, near_round
-from barchan.walls.wall import Direction, Number, Wall
+from barchan.walls.wall import PUSH, Direction, Number, Wall
 from barchan.words import shown
 
 
@@ -92,6 +92,7 @@ class _Growing(_Curved):
 
     def push(self, speed):
         """Close in on the grains with ``speed`` from now on: the radius shrinks if they are inside, and grows if not."""
+        speed = PUSH.checked(self, speed)
         self._radial_velocity = -speed if self.inside else speed
 
     def move(self, dt):

@@ -6,7 +6,7 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.planes import measure_plane, near_plane
-from barchan.walls.wall import Direction, Wall
+from barchan.walls.wall import PUSH, Direction, Wall
 
 
 class Plane(Wall):
@@ -73,7 +73,7 @@ class Plane(Wall):
 
     def push(self, speed):
         """Move towards the grains with ``speed`` from now on, and along itself as before."""
-        self._velocity = self._slide + speed * self._normal
+        self._velocity = self._slide + PUSH.checked(self, speed) * self._normal
 
     def move(self, dt):
         """Take the wall to the next step."""

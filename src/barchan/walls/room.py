@@ -24,7 +24,7 @@ class Room:
         ends: for x, y and z the low and the high plane, or () where there are none.
 
     Raises:
-        SceneError: along an axis the room is open.
+        SceneError: along an axis the room is open or of no length, or a plane of it turns.
 
     >>> import barchan as bc
     >>> sand = bc.Material("sand", density=2650, kn=1e5, kt=3e4, friction=0.5)
@@ -64,7 +64,7 @@ class Room:
             raise SceneError(f"this {wall.kind} is no wall of the room, which has {len(self.walls)}: Room.walls")
 
         def area(sim):
-            return self._mantle() if wall is self.side else self.volume / self._length(_axis_of(wall))
+            return self._mantle() if wall is self.side else self.volume / self._length(self._axis_across(wall))
 
         return area
 
@@ -78,7 +78,7 @@ class Room:
 
     def across(self, wall):
         """How far it is from one of its walls to the opposite one, of a cylinder its diameter [length]."""
-        return self._length(_axis_of(wall)) if wall is not self.side else 2.0 * self.side.radius
+        return self._length(self._axis_across(wall)) if wall is not self.side else 2.0 * self.side.radius
 
     def check_has_walls(self, what):
         """Refuse a room of periodic faces alone, which cannot be made smaller.
@@ -88,6 +88,9 @@ class Room:
         """
         if not self.walls:
             raise SceneError(f"{what}: the box is periodic on all sides, and there are no walls to close in; let grains grow")
+
+    def _axis_across(self, plane):
+        return next(axis for axis in range(3) if any(plane is end for end in self.ends[axis]))
 
     def _is_across_the_side(self, axis):
         return self.side is not None and axis != self._along
@@ -132,5 +135,16 @@ def _ends(sim, axis):
         raise SceneError(
             f"Room: along {'xyz'[axis]} the box is not periodic, and {len(low)} plane(s) face up and {len(high)} down; it takes "
             f"two planes that face each other, or a cylinder around the grains"
+        )
+    for plane in (low[0], high[0]):
+        if np.cross(plane.omega, plane.normal).any():
+            raise SceneError(
+                f"Room: the plane at {'xyz'[axis]} = {plane.point[axis]:g} [length] turns with omega = {plane.omega.tolist()} "
+                f"[1/time]; walls of a room may move, but not turn"
+            )
+    if not low[0].point[axis] < high[0].point[axis]:
+        raise SceneError(
+            f"Room: the planes across {'xyz'[axis]}, at {low[0].point[axis]:g} and {high[0].point[axis]:g} [length], have no "
+            f"room between them; the normal of each must point to the other"
         )
     return low[0], high[0]

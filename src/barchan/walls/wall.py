@@ -94,6 +94,11 @@ class Number(_Parameter):
         return number
 
 
+#: With what a control may push a wall.
+PUSH = Number("length/time")
+PUSH.__set_name__(Number, "speed of push")
+
+
 class Wall:
     """The base of all walls.
 
@@ -137,8 +142,11 @@ class Wall:
 
     @control.setter
     def control(self, control):
-        if control is not None and not callable(getattr(control, "steer", None)):
-            raise SceneError(f"{self.kind}: control = {shown(control)} must have a method steer(wall, sim), as barchan.Servo has")
+        if control is not None and (isinstance(control, type) or not callable(getattr(control, "steer", None))):
+            raise SceneError(
+                f"{self.kind}: control = {shown(control)} must be an object with a method steer(wall, sim), such as a "
+                f"barchan.walls.Servo"
+            )
         self._control = control
 
     @property
@@ -188,7 +196,7 @@ class Wall:
 
     def drive(self, velocity):
         """Move with this velocity from now on, three numbers [length/time]: for controls; to users a change would be an edit."""
-        self._velocity = velocity
+        self._velocity = three(f"{self.kind}: velocity of drive", velocity, "length/time")
 
     def settle(self):
         """Start from parameters that were set anew."""
