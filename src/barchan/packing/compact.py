@@ -45,12 +45,14 @@ def compact(sim, solid_fraction, by, how=Preparation(), steps=20_000):  # noqa: 
         )
     if by not in ("walls", "growth"):
         raise SceneError(f"compact: by = {shown(by)} must be 'walls' or 'growth'")
-    return (_close_in if by == "walls" else _grow)(sim, room, wanted / present, how, int(steps))
+    what = ["compact", wanted, by, int(steps)]
+    return (_close_in if by == "walls" else _grow)(sim, room, wanted / present, how, what)
 
 
-def _close_in(sim, room, factor, how, steps):
+def _close_in(sim, room, factor, how, what):
     """Walls close in with steady velocities; in the last step they are where the room has the volume."""
     room.check_has_walls("compact")
+    steps = what[-1]
     moving = sum(len(ends) > 0 for ends in room.ends) + 2 * (room.side is not None)
     strain = 1.0 - factor ** (-1.0 / moving)
 
@@ -62,7 +64,7 @@ def _close_in(sim, room, factor, how, steps):
         for wall in room.walls:
             _set_speed(wall, 0.5 * strain * room.across(wall) / (steps * sim.dt))
 
-    note = begin(sim, how, {"moving": True}, set_up)
+    note = begin(sim, how, what, {"moving": True}, set_up)
     sim.run(max(note["begun"] + steps - sim.step_number, 0))
     if note["moving"]:
         note["moving"] = False
@@ -94,8 +96,9 @@ class _Growth:
         sim.grains.mass *= (now / before) ** 3
 
 
-def _grow(sim, room, factor, how, steps):
-    note = begin(sim, how, {"factor": factor ** (1.0 / 3.0)}, lambda: None)
+def _grow(sim, room, factor, how, what):
+    steps = what[-1]
+    note = begin(sim, how, what, {"factor": factor ** (1.0 / 3.0)}, lambda: None)
     growth = _Growth(note["begun"], steps, note["factor"])
     sim.actions.append(growth)
     try:

@@ -69,6 +69,10 @@ def check_preparation(what, how):
         value = getattr(how, name)
         if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
             raise SceneError(f"{what}: {name} = {shown(value)} [steps] must be a whole number >= 1")
+    if how.look > how.most:
+        raise SceneError(f"{what}: look = {how.look} [steps] must be at most most = {how.most}, by when it must be at rest")
+    if how.resume is not None and not isinstance(how.resume, (str, Path)):
+        raise SceneError(f"{what}: resume = {shown(how.resume)} must be the path of a checkpoint")
     positive(f"{what}: rest", how.rest, "1")
 
 
@@ -87,24 +91,26 @@ def positive(what, value, dimension):
     return number
 
 
-def begin(sim, how, note, set_up):
+def begin(sim, how, what, note, set_up):
     """Begin, or go on with what was begun: in this process, or in that which wrote ``how.resume``.
 
     Args:
-        note: what to remember of the beginning, plain data.
+        what: is being prepared, plain data: only the same can go on.
+        note: what else to remember of the beginning, plain data.
         set_up: what sets controls and actions, which checkpoints do not keep.
 
     Returns:
         What was remembered; ``end`` forgets it.
 
     Raises:
-        SceneError: the checkpoint was not written during a preparation.
+        SceneError: the checkpoint was not written during a preparation, or something else is being prepared.
         MaterialError: the law knows no friction, or not this one.
         CheckpointError: it cannot be read, or belongs to another scene.
     """
     if NOTE not in sim.notes:
         note = {
             "begun": sim.step_number,
+            "what": what,
             "pairs": sim.materials.describe()["pairs"],
             "rests": False,
             "sample": [0.0, 0.0, 0.0, math.inf],
@@ -118,7 +124,13 @@ def begin(sim, how, note, set_up):
         restore(sim, how.resume)
         if NOTE not in sim.notes:
             raise SceneError(f"checkpoint {how.resume}: no sample was being prepared when it was written; restore() takes it up")
-    return sim.notes[NOTE]
+    begun = sim.notes[NOTE]
+    if begun["what"] != what:
+        raise SceneError(
+            f"{' '.join(map(str, what))}: since step {begun['begun']} another sample is being prepared: "
+            f"{' '.join(map(str, begun['what']))}. Go on with that, or make the scene anew"
+        )
+    return begun
 
 
 def settle(sim, how, room, holds=lambda: True, after=0):

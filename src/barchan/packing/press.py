@@ -47,7 +47,7 @@ def press(sim, pressure, how=Preparation()):  # noqa: B008 (it cannot be changed
             f"press: gravity = {sim.present_gravity} [length/time^2] must be 0, or the floor bears more than the pressure; set "
             f"sim.gravity = (0, 0, 0), and turn it on again afterwards"
         )
-    begin(sim, how, {}, lambda: hold(sim, pressure))
+    begin(sim, how, ["press", pressure], {}, lambda: hold(sim, pressure))
     settle(sim, how, room, lambda: all(abs(room.stress(sim, wall) - pressure) <= _HELD * pressure for wall in room.walls))
     return end(sim)
 
