@@ -1,9 +1,12 @@
 """Where energy came from and where it went, step by step."""
 
+import numpy as np
+
 from barchan.errors import SceneError
 from barchan.measure.base import Result
 from barchan.measure.energy import KineticEnergy, stored
 from barchan.measure.powers import Powers, powers
+from barchan.measure.touching import check_contacts
 from barchan.triggers import Every
 from barchan.words import shown
 
@@ -35,7 +38,7 @@ class EnergyAccount:
 
     kinetic = Result("energy of translation and rotation now [force length]")
     elastic = Result("energy stored in contacts now [force length]")
-    start = Result("sum of both at the first step seen [force length]")
+    start = Result("sum of both at the first step seen, and what changes of materials gave since [force length]")
     gravity = Result("work of gravity since then [force length]")
     walls = Result("work of walls, and of frozen grains that move [force length]")
     friction = Result("taken by friction [force length]")
@@ -66,20 +69,22 @@ class EnergyAccount:
         else:
             known = accounts[self.name]
             self._check(sim, known, step=sim.step_number - 1)
+            self._take_change_of_materials(sim, known)
             for kind, before, after in zip(Powers._fields, known["powers"], now):
                 known["sums"][kind] += 0.5 * sim.dt * (before + after)
-        accounts[self.name] |= {"step": sim.step_number, "powers": list(now)}
+        accounts[self.name] |= {"step": sim.step_number, "powers": list(now), "table": sim.table.tolist()}
 
     def compute(self, sim):
         """Draw up the account of the present step; returns self.
 
         Raises:
-            SceneError: it has not seen the present step.
+            SceneError: it has not seen the present step, or grains or walls were changed since.
         """
         known = sim.notes.get("energy accounts", {}).get(self.name)
         if known is None:
             raise SceneError(f"EnergyAccount '{self.name}' has seen no step; put it into sim.writers and run")
         self._check(sim, known, step=sim.step_number)
+        check_contacts(sim)
         work, begin = Powers(**known["sums"]), known["start"]
         self.kinetic, (self.elastic, springs) = KineticEnergy().compute(sim).total, stored(sim)
         self.start = begin["kinetic"] + begin["normal"] + begin["springs"]
@@ -93,6 +98,20 @@ class EnergyAccount:
         terms = (self.kinetic, self.elastic, self.start, self.gravity, self.walls, self.friction, self.dashpots, self.damping)
         self.largest = max(map(abs, (*terms, self.parting)))
         return self
+
+    def _take_change_of_materials(self, sim, known):
+        """What contacts store more or less because their materials were changed counts as if it had been there at the start."""
+        now, before = sim.table, np.array(known["table"])
+        if np.array_equal(now, before):
+            return
+        energy, springs = stored(sim)
+        sim.table = before
+        try:
+            energy_before, springs_before = stored(sim)
+        finally:
+            sim.table = now
+        known["start"]["normal"] += (energy - springs) - (energy_before - springs_before)
+        known["start"]["springs"] += springs - springs_before
 
     def _check(self, sim, known, step):
         if known["step"] != step:
