@@ -34,7 +34,16 @@ class Change:
         self.name, self.due, self.change = str(name), trigger(due, f"change '{name}'"), change
 
     def apply(self, sim):
-        """Make it, unless it was made."""
+        """Make it, unless it was made.
+
+        Raises:
+            SceneError: another change in this scene has its name.
+        """
+        if any(one is not self and isinstance(one, Change) and one.name == self.name for one in sim.actions):
+            raise SceneError(
+                f"change '{self.name}': two changes in sim.actions have this name, and of them only one would be made; give each "
+                f"its own"
+            )
         made = sim.notes.setdefault(NOTE, [])
         if self.name not in made:
             self.change(sim)
@@ -51,7 +60,7 @@ def make_again(sim, notes):
         CheckpointError: the scene has none of such a name, or they are no names.
     """
     known, made = {action.name: action for action in sim.actions if isinstance(action, Change)}, notes.get(NOTE, [])
-    if not isinstance(made, list):
+    if not (isinstance(made, list) and all(isinstance(name, str) for name in made)):
         raise CheckpointError(f"its notes of changes, {shown(made)}, are no list of names; it was not written by barchan")
     for name in made:
         if name not in known:

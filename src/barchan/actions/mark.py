@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from barchan.actions.region import chosen
 from barchan.errors import SceneError
-from barchan.measure.strain import COLUMNS, followed
+from barchan.measure.strain import COLUMNS, followed, holds_places
 
 
 def mark_places(sim, name="reference", where=None):
@@ -22,12 +23,7 @@ def mark_places(sim, name="reference", where=None):
     grains = sim.grains
     if name not in (field.name for field in grains.table):
         sim.add_field(name, len(COLUMNS), dimension="length")
-    if grains.field(name).block != f"user_{name}" or grains.field(name).width != len(COLUMNS):
+    if not holds_places(grains.field(name)):
         raise SceneError(f"mark_places: name = {name!r} is that of another field of the grains; give one of its own")
-    chosen = np.ones(grains.n, dtype=bool) if where is None else np.asarray(where(grains.view("position").copy()))
-    if chosen.shape != (grains.n,) or chosen.dtype != bool:
-        raise SceneError(
-            f"mark_places: where() returned an array of {chosen.dtype} and shape {chosen.shape} for {grains.n} positions; it "
-            f"must return a boolean for each"
-        )
-    grains.view(name)[...] = np.column_stack([followed(sim), np.ones(grains.n)]) * chosen[:, None]
+    marked = np.ones(grains.n, dtype=bool) if where is None else chosen(sim, "mark_places: where", where)
+    grains.view(name)[...] = np.column_stack([followed(sim), np.ones(grains.n)]) * marked[:, None]

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from barchan.errors import SceneError
+from barchan.actions.region import chosen
 from barchan.kernels.exact_sum import exact_sum
 
 
@@ -29,14 +29,9 @@ def remove_where(sim, region):
         SceneError: the region returns something else.
     """
     grains = sim.grains
-    chosen = np.asarray(region(grains.view("position").copy()))
-    if chosen.shape != (grains.n,) or chosen.dtype != bool:
-        raise SceneError(
-            f"remove_where: the region returned an array of {chosen.dtype} and shape {chosen.shape} for {grains.n} positions; it "
-            f"must return a boolean for each"
-        )
-    mass = exact_sum(grains.view("mass")[chosen], sim.comm)
-    count = int(sim.comm.sum([np.count_nonzero(chosen)])[0])
+    inside = chosen(sim, "remove_where: region", region)
+    mass = exact_sum(grains.view("mass")[inside], sim.comm)
+    count = int(sim.comm.sum([np.count_nonzero(inside)])[0])
     if count:
-        sim.remove(grains.view("id")[chosen])
+        sim.remove(grains.view("id")[inside])
     return Removed(count, mass)

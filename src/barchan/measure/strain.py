@@ -82,7 +82,7 @@ def strain(sim, reference="reference", low=None, high=None):
         SceneError: nothing was marked under this name, the brick is no brick in the box, or the grains lie in a plane.
     """
     grains, brick = sim.grains, Brick(sim.box, low, high)
-    if reference not in (field.name for field in grains.table) or grains.field(reference).width != len(COLUMNS):
+    if reference not in (field.name for field in grains.table) or not holds_places(grains.field(reference)):
         raise SceneError(
             f"strain: no places were marked under the name {reference!r}; call mark_places(sim, {reference!r}) first"
         )
@@ -92,6 +92,11 @@ def strain(sim, reference="reference", low=None, high=None):
         rows = rows[brick.holds(sim.box.wrap(grains.view(reference)[rows, :3])[0])]
     place = grains.view(reference)[rows, :3]
     return _best_fit(sim.comm, place, followed(sim)[rows] - place, reference)
+
+
+def holds_places(field):
+    """Whether a field of the grains is one that ``barchan.actions.mark_places`` made."""
+    return field.block == f"user_{field.name}" and (field.width, field.dimension) == (len(COLUMNS), "length")
 
 
 def followed(sim):
