@@ -47,6 +47,8 @@ class Assembly:
         if self._complete and name not in self.__dict__ and not name.startswith("_") and not hasattr(type(self), name):
             public = [known for known in self.__dict__ if not known.startswith("_")]
             raise SceneError(f"a simulation has no attribute '{name}'; {nearest(name, public)}")
+        if self._complete and name in ("box", "law", "materials"):
+            raise SceneError(f"{name} of a simulation cannot be replaced; make another simulation")
         super().__setattr__(name, value)
 
     def add_grains(self, position, radius, material=0, velocity=0.0, omega=0.0, frozen=False, **fields):

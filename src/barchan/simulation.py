@@ -66,6 +66,7 @@ class Simulation(Assembly):
         self.touching, self.faults = 0, Faults()
         self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
         self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
+        self._acting = False
         self.loops = self.table = self._checked_dt = self._list_skin = self.stable_dt = None
         self._computed = self._law_reach = 0.0
         self._complete = True
@@ -102,8 +103,7 @@ class Simulation(Assembly):
         use_threads(self.threads, self.grains.n)
         self.clock.start()
         if begun is None:
-            for wall in self.walls:
-                wall.steer(self)  # by what grains do to it at n
+            self._steer()
         self._in_step = True
         motion = begun or self._move()
         self.step_number += 1
@@ -174,6 +174,8 @@ class Simulation(Assembly):
             SceneError: something cannot be run; the message says what, where, and what to do.
         """
         self._refuse_if_torn()
+        if self._acting:
+            raise SceneError(f"step {self.step_number}: an action cannot call run() or prepare(), it is in the middle of a step")
         use_threads(self.threads, self.grains.n)
         if self._in_step:
             self._warn_of_broken_step("the run")
@@ -183,6 +185,7 @@ class Simulation(Assembly):
             raise_together(self.comm, preflight.fault(self))
         self._take_up_parameters()
         if self.loops is None:
+            preflight.check_energy(self.law, self.table)
             self.loops = make_loops(self.law, len(self.materials) == 1)
         self._take_up_sizes()
         if not (self._primed and self._listed):
@@ -264,6 +267,18 @@ class Simulation(Assembly):
     def _setting(self, dt):
         return Setting(len(self.materials), self.table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
 
+    def _steer(self):
+        """Controls set velocities of walls by what grains do to them at n; if one fails, all remember what they did before."""
+        controls = [wall.control for wall in self.walls]
+        before = [(control, name, getattr(control, name)) for control in controls for name in getattr(control, "memory", ())]
+        try:
+            for wall in self.walls:
+                wall.steer(self)
+        except Exception:
+            for control, name, value in before:
+                setattr(control, name, value)
+            raise
+
     def _move(self):
         frame = self.box.frame
         blocks = [self.grains.block(name) for name in ("place", "motion", "spin", "image", "force", "torque")]
@@ -315,8 +330,12 @@ class Simulation(Assembly):
     def _act(self):
         """Actions that are due; what they wrote or added is checked, and honoured in this step."""
         due = [action for action in self.actions if action.due(self.step_number)]
-        for action in due:
-            action.apply(self)
+        self._acting = True
+        try:
+            for action in due:
+                action.apply(self)
+        finally:
+            self._acting = False
         if due:
             self._take_up_edits()
             if not self._listed:
