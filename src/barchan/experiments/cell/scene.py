@@ -38,7 +38,7 @@ class CellScene(Scene):
     rain: float = quantity(0.16, "s", "time in which grains fall and come to rest", ge=0.0, le=1e4)
     seat: float = quantity(0.015, "s", "time at the initial stress", ge=0.0, le=1e4)
     initial_stress: float = quantity(5e3, "Pa", "stress on the controlled walls before it grows", gt=0.0, le=1e12)
-    stress_rate: float = quantity(2e6, "Pa/s", "rate at which the stress grows", gt=0.0, le=1e15)
+    stress_rate: float = quantity(2e6, "Pa/s", "rate at which the stress grows", ge=1e-3, le=1e15)
     dt: float = quantity(1.8e-6, "s", "time step", ge=1e-12, le=1.0)
     table_every: float = quantity(1e-4, "s", "time between rows of the table while the sample is loaded", gt=0.0, le=1e4)
     frame_every: float = quantity(1e-2, "s", "time between frames of grains", gt=0.0, le=1e4)

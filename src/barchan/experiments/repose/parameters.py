@@ -40,7 +40,7 @@ class Repose(Scene):
     floor: float = quantity(
         0.15, "m", "from the axis or the back wall to the edge of the floor; who rolls over it is counted", gt=0.0, le=1e4
     )
-    lift_speed: float = quantity(0.05, "m/s", "speed of the cylinder or plate", gt=0.0, le=1e3)
+    lift_speed: float = quantity(0.05, "m/s", "speed of the cylinder or plate", ge=1e-9, le=1e3)
     gravity: float = quantity(9.81, "m/s^2", "acceleration of gravity", gt=0.0, le=1e6)
     dt: float = quantity(1.9e-5, "s", "time step", ge=1e-12, le=1.0)
     equilibrate: float = quantity(0.4, "s", "time before the lift", ge=0.0, le=1e4)

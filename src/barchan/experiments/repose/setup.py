@@ -41,7 +41,8 @@ def build(scene, threads=None, comm=None, with_grains=True):
     Raises:
         SceneError: there would be more grains than this machine can hold.
     """
-    check_memory(scene.grains, comm or world())
+    glued = (2.0 * scene.floor / scene.diameter) ** 2 if scene.rough_floor and scene.method == "cylinder" else 0.0
+    check_memory(scene.grains + int(glued), comm or world())
     place, glued = start(scene), floor_grains(scene)
     top, margin = float(place[:, 2].max()) + scene.radius_max, 4.0 * scene.radius_max
     edge, side = scene.floor + margin, (scene.floor if scene.method == "cylinder" else 0.5 * scene.width) + margin
