@@ -271,6 +271,31 @@ def test_what_a_change_of_materials_gives_to_contacts_counts_as_if_it_had_been_t
     assert abs(account.parting) < 1e-4 * account.largest
 
 
+def far(kn):
+    return 0.1
+
+
+@pytest.mark.parametrize("at_wall", [False, True])
+def test_the_normal_force_of_a_contact_that_outlasts_touching_is_integrated_where_the_law_tells_no_energy(at_wall):
+    sim = bc.Simulation(
+        bc.Box((0, 0, 0), (4, 4, 4)), made(reach=far), bc.Material("a", density=1.0, kn=100.0), dt=1e-3, threads=1
+    )
+    if at_wall:
+        sim.add_wall(bc.Plane((1.01, 0, 0), (1, 0, 0)))
+        sim.add_grains([(1.5, 2, 2)], 0.5, velocity=(0.3, 0, 0))
+    else:
+        sim.add_grains([(1.5, 2, 2), (2.49, 2, 2)], 0.5, velocity=[(-0.2, 0, 0), (0.2, 0, 0)])
+    account = EnergyAccount()
+    sim.writers.append(account)
+    sim.run(60)
+    place = sim.grains.sorted_by_id("position")[:, 0]
+    overlap = 1.51 - place[0] if at_wall else 1.0 - (place[1] - place[0])
+    assert overlap < -0.005
+    account.compute(sim)
+    assert account.elastic == pytest.approx(50.0 * overlap * overlap, rel=1e-9)
+    assert abs(account.parting) < 1e-3 * account.largest
+
+
 @pytest.mark.parametrize("scene", [lambda: Compression(stress_rate=1e-300), lambda: Repose(lift_speed=5e-324)])
 def test_a_rate_so_low_that_no_number_counts_its_steps_is_refused(scene):
     with pytest.raises(ValueError, match="greater than or equal to"):

@@ -60,8 +60,8 @@ def _integral(force, overlap):
 
 
 def _columns(sim, count):
-    """Columns for contacts without memory: slot, history, forces, and marks of their grains."""
-    slot, width = _for_lanes(np.zeros(count, dtype=np.uint32)), sim.contacts.history_width
+    """Columns for contacts without memory, that have begun: slot, history, forces, and marks of their grains."""
+    slot, width = _for_lanes(np.ones(count, dtype=np.uint32)), sim.contacts.history_width
     out, marks = np.zeros((sim.contacts.out_rows, 1 + count)), np.zeros(2 * count, dtype=np.uint8)
     return slot, np.zeros((width, 1 + whole_blocks(count))), out, marks
 

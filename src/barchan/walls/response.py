@@ -50,7 +50,7 @@ def alone(sim, some):
     state = (np.arange(count, dtype=np.uint32), surface, place, motion, spin, *materials, *many, room, zero, zero)
 
     def force(overlap, speed):
-        slot[:] = 0
+        slot[:] = 1  # it has begun, and may last beyond touching
         surface[0], motion[:, 0] = place[:, 3] - overlap, -speed
         sim.loops.wall_forces(*state, 0.0, np.inf, np.inf)
         return out[0, slot]
