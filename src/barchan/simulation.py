@@ -27,6 +27,7 @@ from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
 from barchan.parallel.migrate import migrate, rehome
 from barchan.stopwatch import Stopwatch
+from barchan.walls.wall import steer
 
 #: Skin relative to the largest diameter.
 DEFAULT_SKIN = 0.1
@@ -65,8 +66,8 @@ class Simulation(Assembly):
         self.notes = {}
         self.touching, self.faults = 0, Faults()
         self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
-        self.clock, self.stop_requested, self._stopping, self._in_step = Stopwatch(), False, False, False
-        self._acting = False
+        self.clock, self.stop_requested, self._stopping = Stopwatch(), False, False
+        self._in_step = self._acting = False
         self.loops = self.table = self._checked_dt = self._list_skin = self.stable_dt = None
         self._computed = self._law_reach = 0.0
         self._complete = True
@@ -103,7 +104,7 @@ class Simulation(Assembly):
         use_threads(self.threads, self.grains.n)
         self.clock.start()
         if begun is None:
-            self._steer()
+            steer(self.walls, self)  # by what grains do to them at n
         self._in_step = True
         motion = begun or self._move()
         self.step_number += 1
@@ -266,18 +267,6 @@ class Simulation(Assembly):
 
     def _setting(self, dt):
         return Setting(len(self.materials), self.table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
-
-    def _steer(self):
-        """Controls set velocities of walls by what grains do to them at n; if one fails, all remember what they did before."""
-        controls = [wall.control for wall in self.walls]
-        before = [(control, name, getattr(control, name)) for control in controls for name in getattr(control, "memory", ())]
-        try:
-            for wall in self.walls:
-                wall.steer(self)
-        except Exception:
-            for control, name, value in before:
-                setattr(control, name, value)
-            raise
 
     def _move(self):
         frame = self.box.frame

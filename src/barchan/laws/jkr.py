@@ -56,7 +56,7 @@ def last_root(radius_eff, adhesion):
 
 def reach(radius_eff, adhesion):
     """How far two surfaces are apart when the contact ends [length]."""
-    return 3.0 * last_root(radius_eff, adhesion) ** 4 / radius_eff
+    return 3.0 * last_root(radius_eff, adhesion) ** 4 / radius_eff if adhesion > 0.0 else 0.0
 
 
 def root_of_contact_radius(overlap, radius_eff, adhesion):

@@ -228,3 +228,16 @@ class Wall:
             setattr(self, f"_{name}", three(f"{self.kind}: {name}", value, "1") if isinstance(value, list) else float(value))
         if hasattr(self._control, "restore"):
             self._control.restore(state["control"])
+
+
+def steer(walls, sim):
+    """Let the controls of walls set their velocities; if one fails, all remember what they did before."""
+    controls = [wall.control for wall in walls]
+    before = [(control, name, getattr(control, name)) for control in controls for name in getattr(control, "memory", ())]
+    try:
+        for wall in walls:
+            wall.steer(sim)
+    except Exception:
+        for control, name, value in before:
+            setattr(control, name, value)
+        raise
