@@ -55,6 +55,20 @@ def chain():
     return sim
 
 
+def test_in_a_room_of_another_shape_its_volume_counts():
+    """Of all grains: those of the chain, in a room of 10 that is a quarter of the box."""
+    sim = chain()
+    assert stress(sim, volume=10.0).contact == pytest.approx(4.0 * stress(sim).contact, rel=1e-12)
+    solid = 4 * 4 / 3 * math.pi * 0.65**3
+    assert solid_fraction(sim, volume=10.0) == pytest.approx(solid / 10.0, rel=1e-12)
+    assert void_ratio(sim, volume=10.0) == pytest.approx(10.0 / solid - 1.0, rel=1e-12)
+    for wrong in (0.0, -1.0, math.nan, "room", (1.0, 2.0)):
+        with pytest.raises(SceneError, match="volume"):
+            stress(sim, volume=wrong)
+    with pytest.raises(SceneError, match="give low and high, or the volume, but not both"):
+        void_ratio(sim, low=(0, 0, 0), volume=1.0)
+
+
 def test_a_chain_is_stressed_along_itself_only():
     found = stress(chain())
     assert found.contact == pytest.approx(np.diag([50.0 / (4 * 2), 0, 0]), rel=1e-12, abs=1e-12)

@@ -26,7 +26,7 @@ class EnergyAccount:
     spring changes; of laws that do not tell what they store, springs are friction. *Parting* is what contacts that outlast
     touching still store as they end; for such laws it is what is left of the normal work, and the residual does not test it.
 
-    Grains that come or go in between take energy along, and materials that are changed change what contacts store: nobody counts
+    Grains that come or go in between, or are frozen, released or pushed by hand, take energy along, and materials that are changed change what contacts store: nobody counts
     that, and such a run has no account.
 
     Args:

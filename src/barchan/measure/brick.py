@@ -14,6 +14,7 @@ class Brick:
     Args:
         box: of the simulation.
         low, high: corners [length]; default: those of the box. The brick must lie in the box.
+        volume: of a room of another shape that holds all grains, such as ``Room.volume``, to take instead [length^3].
 
     Attributes:
         low, high: corners, (3,) each [length].
@@ -22,10 +23,16 @@ class Brick:
         shifts: (images, 3) what takes a place to those of its images that may lie in the brick [length].
 
     Raises:
-        SceneError: a corner is not three finite numbers, ``high`` does not exceed ``low``, or the brick leaves the box.
+        SceneError: a corner is not three finite numbers, ``high`` does not exceed ``low``, or the brick leaves the box; or the
+            volume is no number above 0, or stands beside corners.
     """
 
-    def __init__(self, box, low=None, high=None):
+    def __init__(self, box, low=None, high=None, volume=None):
+        if volume is not None and not (low is None and high is None):
+            raise SceneError("volume stands for a room that holds all grains; give low and high, or the volume, but not both")
+        whole = None if volume is None else numbers("volume", volume, "length^3")
+        if whole is not None and not (whole.ndim == 0 and np.isfinite(whole) and whole > 0.0):
+            raise SceneError(f"volume = {volume!r} [length^3] must be a finite number > 0")
         low = box.low if low is None else numbers("brick: low", low, "length")
         high = box.high if high is None else numbers("brick: high", high, "length")
         if low.shape != (3,) or high.shape != (3,) or not (np.isfinite([low, high]).all() and (high > low).all()):
@@ -40,7 +47,7 @@ class Brick:
                 f"{box.high.tolist()}; make it smaller"
             )
         self.low, self.high = np.maximum(low, box.low), np.minimum(high, box.high)
-        self.volume = float(np.prod(self.high - self.low))
+        self.volume = float(np.prod(self.high - self.low) if whole is None else whole)
         at_faces = self.low <= box.low, self.high >= box.high
         self.endless = at_faces[0] & at_faces[1] & box.periodic
         moves = [(-length, 0.0, length) if around else (0.0,) for length, around in zip(box.length, box.periodic & ~self.endless)]

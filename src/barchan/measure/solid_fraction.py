@@ -10,7 +10,7 @@ from barchan.measure.sphere_cuts import brick_volume
 from barchan.measure.sums import exact_sums
 
 
-def solid_fraction(sim, low=None, high=None):
+def solid_fraction(sim, low=None, high=None, volume=None):
     """Volume of the grains in a brick over its volume.
 
     Grains are cut by its faces in closed form: no error but rounding. All grains count, frozen ones too; where two overlap, their
@@ -18,20 +18,21 @@ def solid_fraction(sim, low=None, high=None):
 
     Args:
         low, high: corners of the brick [length]; default: those of the box.
+        volume: of a room that holds all grains, instead of a brick: ``barchan.walls.Room(sim).volume`` [length^3].
 
     Raises:
-        SceneError: the brick is no brick in the box.
+        SceneError: the brick is no brick in the box, or the volume none.
     """
-    brick = Brick(sim.box, low, high)
+    brick = Brick(sim.box, low, high, volume)
     return _solid_volume(sim, brick) / brick.volume
 
 
-def void_ratio(sim, low=None, high=None):
+def void_ratio(sim, low=None, high=None, volume=None):
     """Volume of the voids in a brick over that of the grains, e = (1 - phi) / phi; infinite without grains.
 
     Takes and raises what ``solid_fraction`` does, which is phi.
     """
-    phi = solid_fraction(sim, low, high)
+    phi = solid_fraction(sim, low, high, volume)
     return (1.0 - phi) / phi if phi else math.inf
 
 

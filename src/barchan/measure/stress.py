@@ -37,7 +37,7 @@ class Stress(NamedTuple):
         return deviatoric(self.total)
 
 
-def stress(sim, low=None, high=None):
+def stress(sim, low=None, high=None, volume=None):
     """Stress in a brick: 1/V (sum of f_i l_j over contacts + sum of m v'_i v'_j over grains).
 
     f is the force on a grain and l the branch to its centre: from the centre of the other grain, or, at walls and frozen
@@ -49,15 +49,16 @@ def stress(sim, low=None, high=None):
     Args:
         low, high: corners of the brick [length]; default: those of the box. The volume is that of the brick, so leave out what
             is empty or behind a wall.
+        volume: of a room that holds all grains, instead of a brick: ``barchan.walls.Room(sim).volume`` [length^3].
 
     Returns:
         ``Stress``, the same bits for any number of ranks and threads.
 
     Raises:
-        SceneError: the brick is no brick in the box, or grains or walls were changed since the last run.
+        SceneError: the brick is no brick in the box, the volume none, or grains or walls were changed since the last run.
     """
     check_contacts(sim)
-    brick = Brick(sim.box, low, high)
+    brick = Brick(sim.box, low, high, volume)
     contact = _contact_sum(sim, brick) / brick.volume
     return Stress(contact, _kinetic_sum(sim, brick) / brick.volume)
 

@@ -172,7 +172,7 @@ class _Look:
         """Note what is there, and whether it is at rest."""
         note = sim.notes[NOTE]
         unbalanced, overlap, volume = unbalanced_force(sim), ContactStatistics().compute(sim).largest_overlap, self._room.volume
-        pressure = stress(sim).mean_stress * float(np.prod(sim.box.length)) / volume
+        pressure = stress(sim, volume=volume).mean_stress
         note["sample"] = [solid_volume(sim) / volume, pressure, overlap, unbalanced]
         note["rests"] = bool((unbalanced < self._rest or overlap < _BEARS_NOTHING) and self._holds())
 
