@@ -26,8 +26,8 @@ class EnergyAccount:
     spring changes; of laws that do not tell what they store, springs are friction. *Parting* is what contacts that outlast
     touching still store as they end; for such laws it is what is left of the normal work, and the residual does not test it.
 
-    Grains that come or go in between, or are frozen, released or pushed by hand, take energy along, and materials that are changed change what contacts store: nobody counts
-    that, and such a run has no account.
+    Grains that come or go in between, or are frozen, released or pushed by hand, take energy along that nobody counts: such a run
+    has no account. What contacts store more or less as materials are changed counts as if it had been so at the start.
 
     Args:
         name: under which ``sim.notes["energy accounts"]`` keeps the sums.
