@@ -24,15 +24,7 @@ def start(law, gravity, directory, *more):
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 
 
-#: Laws whose loops are made of the same parts as another's: killed in full-size checks only.
-ALIKE = ("dmt", "hertz_mindlin_constant_rolling", "hertz_mindlin_standard", "shm")
-CASES = [
-    *(
-        pytest.param(law, "turning", marks=[pytest.mark.validate] if name in ALIKE else [])
-        for name, law in bc.laws.SHIPPED.items()
-    ),
-    (bc.laws.SHIPPED["hertz_mindlin"], "steady"),
-]
+CASES = [*((law, "turning") for law in bc.laws.SHIPPED.values()), (bc.laws.SHIPPED["hertz_mindlin"], "steady")]
 
 
 @pytest.mark.parametrize("law, gravity", CASES, ids=lambda value: getattr(value, "name", value))

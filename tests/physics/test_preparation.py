@@ -50,6 +50,7 @@ def test_grains_bear_from_random_close_packing_on_without_friction_and_from_loos
     assert nothing < 1.0 < 1e4 < pressure and few < 4.0 < many
 
 
+@pytest.mark.validate
 def test_the_void_ratio_falls_with_the_friction_during_preparation():
     """Pressed alike, by smooth walls: each within 0.5 % of the pressure. In the core without friction it is random close packing
     less a little, as walls are near."""
