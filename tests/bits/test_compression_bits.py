@@ -22,6 +22,9 @@ SCENE = {
 }
 
 
+THREE_RANKS = pytest.param(1, 3, None, marks=pytest.mark.validate)
+
+
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     out = tmp_path_factory.mktemp("alone")
@@ -29,7 +32,7 @@ def alone(tmp_path_factory):
     return files(out)
 
 
-@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), (1, 3, None), (1, 2, 15_003), (1, 1, 11_800)])
+@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), THREE_RANKS, (1, 2, 15_003), (1, 1, 11_800)])
 def test_threads_ranks_and_a_stop_change_no_byte(alone, tmp_path, threads, ranks, stop):
     """Stopped while the walls are loaded, between two looks of the servo, and while they are seated."""
     virtual_ranks(ranks, run, COMPRESSION, SCENE, tmp_path, threads, stop)

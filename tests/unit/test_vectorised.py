@@ -8,10 +8,21 @@ import pytest
 import barchan as bc
 from barchan.testing import machine_code, packed_square_roots
 
+#: Laws of which every loop is looked at in every commit, and one of each other law.
+EACH_LOOP = (bc.laws.silbert, bc.laws.hertz_mindlin_rolling, bc.laws.jkr)
 
-@pytest.mark.parametrize("alone", [False, True], ids=["threads", "few grains"])
-@pytest.mark.parametrize("uniform", [True, False], ids=["one material", "several materials"])
-@pytest.mark.parametrize("law", bc.laws.SHIPPED.values(), ids=lambda law: law.name)
+
+def loops():
+    """Law, whether it is for one material, and whether for few grains."""
+    for law in bc.laws.SHIPPED.values():
+        for uniform in (True, False):
+            for alone in (False, True):
+                later = law not in EACH_LOOP and not (uniform and not alone)
+                name = f"{law.name}-{'one material' if uniform else 'several materials'}-{'few grains' if alone else 'threads'}"
+                yield pytest.param(law, uniform, alone, id=name, marks=[pytest.mark.validate] if later else [])
+
+
+@pytest.mark.parametrize(("law", "uniform", "alone"), loops())
 def test_the_loop_has_packed_square_roots(law, uniform, alone):
     assert packed_square_roots(law, uniform, alone) > 0
 
