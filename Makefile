@@ -14,7 +14,6 @@ test: lint $(VENV)/.tested
 	$(BIN)/barchan compile & compiling=$$!; NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -q -m nojit tests/unit && wait $$compiling
 	$(BIN)/python -m pytest -n 2 --dist worksteal tests src examples
 	$(BIN)/mpiexec -n 2 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
-	$(BIN)/mpiexec -n 4 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -q -m "bounds and not validate" tests/reference tests/unit/test_fuzz_checkpoint.py
 
 lint: $(VENV)/.tested
@@ -22,7 +21,7 @@ lint: $(VENV)/.tested
 
 validate: $(VENV)/.tested
 	$(BIN)/python -m pytest -m validate tests
-	$(BIN)/mpiexec -n 3 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
+	for ranks in 3 4; do $(BIN)/mpiexec -n $$ranks $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi || exit; done
 	$(BIN)/mpiexec -n 8 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
 
 CASES ?= chute dense avalanche gas small dense-1m rebuild

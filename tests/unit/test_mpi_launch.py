@@ -118,6 +118,7 @@ def test_the_command_runs_on_several_ranks_and_speaks_with_one_voice(tmp_path):
     assert done.returncode == 2 and done.stderr.count("barchan: angle") <= 1
 
 
+@pytest.mark.validate
 def test_one_process_of_a_node_compiles_and_tells_how_much(tmp_path):
     done, _ = launch(
         *("-m", "barchan.cli", "run", "avalanche", "--grains", "400", "--duration", "1ms", "--equilibrate", "1ms"),
