@@ -32,7 +32,9 @@ def alone(tmp_path_factory):
     return files(out)
 
 
-@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), (1, 3, None), (1, 1, 22_805)])
+@pytest.mark.parametrize(
+    ("threads", "ranks", "stop"), [(2, 1, None), pytest.param(1, 3, None, marks=pytest.mark.validate), (1, 1, 22_805)]
+)
 def test_threads_ranks_and_a_stop_change_no_byte(alone, tmp_path, threads, ranks, stop):
     """Stopped while the sample is unloaded, between two looks of the servo."""
     virtual_ranks(ranks, run, OEDOMETER, SCENE, tmp_path, threads, stop)

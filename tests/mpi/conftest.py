@@ -1,4 +1,5 @@
-"""Tests that several processes run together: ``mpiexec -n 2 python -m pytest tests/mpi`` (``make test`` does; ``make validate`` with 3, 4 and 8).
+"""Tests that several processes run together: ``mpiexec -n 2 python -m pytest tests/mpi`` (``make test`` does;
+``make validate`` with 3, 4 and 8).
 
 Every rank runs every test. One that fails on some rank fails on all; if others wait for a rank that failed, all are ended.
 """
