@@ -18,8 +18,8 @@ class EnergyAccount:
     Put it into ``sim.writers`` before checkpoints, which keep its sums. Each power (``powers.py``) is integrated by the
     trapezoidal rule, elastic energy is that of the present overlaps, and kinetic energy that of the full step: what is left
     over, ``residual``, is the error of the time step, O(dt^2), or O(dt) where forces jump (contacts that stick, constant couples)
-    and where the speed of a wall is set anew in each step. A step takes 13 to 30 times as long as
-    without, the more the smaller the scene.
+    and where the speed of a wall is set anew in each step. A step takes 13 to 30 times as
+    long as without, the more the smaller the scene.
 
     *Dashpots* are those along the normal. *Friction* is the work against tangential forces and couples that springs do not store:
     of sliding and rolling, their dashpots included, and what an incremental law loses or gains as the stiffness of a loaded
