@@ -14,7 +14,7 @@ test: lint $(VENV)/.tested
 	$(BIN)/barchan compile & compiling=$$!; NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -q -m nojit tests/unit && wait $$compiling
 	$(BIN)/python -m pytest -n 2 --dist worksteal tests src examples
 	$(BIN)/mpiexec -n 2 $(BIN)/python -m pytest -q -p no:cacheprovider tests/mpi
-	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -q -m "bounds and not validate" tests/reference tests/unit/test_fuzz_checkpoint.py
+	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -n 2 --dist worksteal -m "bounds and not validate" tests/reference tests/unit/test_fuzz_checkpoint.py
 
 lint: $(VENV)/.tested
 	$(BIN)/ruff check src tests examples docs

@@ -8,6 +8,9 @@ import numpy as np
 #: Bytes of a huge page, and of the smallest array that gets some.
 HUGE, LEAST = 1 << 21, 1 << 18
 
+#: Numbers that exist beside the end of an array of a ``Store``: compiled code reads eight at a time.
+SPARE = 8
+
 
 def empty(shape, dtype=np.float64):
     """An uninitialised array, contiguous, like ``numpy.empty``."""
@@ -23,3 +26,20 @@ def empty(shape, dtype=np.float64):
     memory = np.frombuffer(pages, dtype=np.uint8)
     begin = -memory.ctypes.data % HUGE
     return memory[begin : begin + size].view(dtype).reshape(shape)
+
+
+class Store:
+    """Arrays that are kept from one use to the next: fresh memory costs a page fault per 4 kB (measured: 3 ms of a rebuild of
+    30 ms)."""
+
+    def __init__(self):
+        self._arrays = {}
+
+    def __call__(self, name, dtype, *shape, keep=False):
+        """An array of this shape, with room beside its end, uninitialised or with what stood in the one of this name before."""
+        count, before = int(np.prod(shape)), self._arrays.get(name)
+        if before is None or len(before) < count + SPARE:
+            self._arrays[name] = empty((count + count // 5 + 64,), dtype)
+            if keep and before is not None:
+                self._arrays[name][: len(before)] = before
+        return self._arrays[name][:count].reshape(shape)

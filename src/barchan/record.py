@@ -43,6 +43,7 @@ class Account(BaseModel):
     stable_dt: float | None = None
     large_overlaps: int = 0
     outlets: dict[str, dict[str, float]] = {}
+    size_classes: str = ""
 
 
 class Sitting:
@@ -78,6 +79,7 @@ class Sitting:
             stable_dt=sim.stable_dt,
             large_overlaps=max(self.large_overlaps, int(sim.faults.large_overlaps)),
             outlets=sim.notes.get("outlets", {}),
+            size_classes=str(sim.size_classes),
         )
 
 
@@ -121,4 +123,6 @@ def lines(path):
         f"neighbour list: {rebuilds} rebuilds, every {mean:.1f} steps on average, shortest {shortest}; equation (13) allows "
         f"{'any number of' if bound is None else f'{bound:.1f}'} steps at the largest speed seen"
     )
+    if found[-1].size_classes:
+        text.append(f"size classes: {found[-1].size_classes}")
     return text

@@ -6,6 +6,7 @@ n-1/2.
 
 import warnings
 from math import sqrt
+from time import perf_counter
 
 import numpy as np
 
@@ -19,8 +20,10 @@ from barchan.kernels.compiler import default_threads, use_threads
 from barchan.kernels.generate import make_loops
 from barchan.kernels.steps import Progress
 from barchan.kernels.wire import OWN, SLOWEST, WAITING
+from barchan.neighbors.classes import SizeClasses
 from barchan.neighbors.contacts import Contacts, Setting
-from barchan.neighbors.grid import grid_around
+from barchan.neighbors.grid import grids_around
+from barchan.neighbors.scope import Scope
 from barchan.neighbors.staleness import Staleness
 from barchan.parallel.balance import Balance
 from barchan.parallel.ghosts import Ghosts
@@ -28,9 +31,6 @@ from barchan.parallel.guard import raise_together
 from barchan.parallel.migrate import migrate, rehome
 from barchan.stopwatch import Stopwatch
 from barchan.walls.wall import steer
-
-#: Skin relative to the largest diameter.
-DEFAULT_SKIN = 0.1
 
 
 class Simulation(Assembly):
@@ -47,8 +47,8 @@ class Simulation(Assembly):
 
     Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
     ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``,
-    ``damping`` (a ``Damping``; none). At any moment, also from a signal handler: ``stop_requested`` = True ends the run after the
-    step at hand. ``clock`` knows where the time goes.
+    ``damping`` (a ``Damping``; none), ``size_classes`` (a ``SizeClasses``, which chooses by itself). At any moment, also from a
+    signal handler: ``stop_requested`` = True ends the run after the step at hand. ``clock`` knows where the time goes.
 
     Raises:
         SceneError: an argument cannot be used.
@@ -66,10 +66,11 @@ class Simulation(Assembly):
         self.notes = {}
         self.touching, self.faults = 0, Faults()
         self.staleness, self.balance, self.ghosts = Staleness(), Balance(), Ghosts(self.comm)
+        self.size_classes, self._scope = SizeClasses(), Scope()
         self.clock, self.stop_requested, self._stopping = Stopwatch(), False, False
         self._in_step = self._acting = False
-        self.loops = self.table = self._checked_dt = self._list_skin = self.stable_dt = None
-        self._computed = self._law_reach = 0.0
+        self.loops = self.table = self._checked_dt = self.stable_dt = None
+        self._computed = 0.0
         self._complete = True
 
     # -- the algorithm -----------------------------------------------------------------------------------------------
@@ -132,15 +133,16 @@ class Simulation(Assembly):
         self._torn = True  # until it is done: whatever interrupts it
         if not self._listed:
             self.staleness.restart()  # it is the scene that changed, not the grains that moved
-        largest, reach = self._largest_radius(), self._law_reach + self._list_skin
-        cutoff = 2.0 * largest + reach
-        self.topology = self.balance.shared(self, largest)
+        scope = self._scope
+        self.topology = self.balance.shared(self, scope.sizes.widest)
         old_list = self.contacts if self._listed else None
-        rows, known, origin = rehome(self.comm, self.topology, self.grains, old_list, self._rows, cutoff)
-        grid = grid_around(self.grains, self.topology.bounds(self.comm.rank), self.box, cutoff)
-        start, order = self._sort_in_space(grid)
-        self.ghosts.build(self.grains, self.topology, largest, largest + reach)
-        self.contacts.build(self.grains, self.walls, grid, start, reach)
+        rows, known, origin = rehome(self.comm, self.topology, self.grains, old_list, self._rows, scope.cutoff)
+        grids = grids_around(self.grains, self.topology.bounds(self.comm.rank), self.box, self.size_classes.largest, scope.reach)
+        start, order = self._sort_in_space(grids)
+        self.ghosts.build(self.grains, self.topology, grids, start, scope.reach)
+        begin = perf_counter()
+        self.contacts.build(self.grains, self.walls, grids, start, scope.reach)
+        self.size_classes.note(perf_counter() - begin, self.grains.view("radius", ghosts=True)[self.grains.n :])
         rows = rows.take(order)
         self.contacts.carry_over(known, origin[order], rows if self._listed else self.ghosts.join_rows(rows))
         self.staleness.remember(self.step_number)
@@ -190,7 +192,7 @@ class Simulation(Assembly):
             self.loops = make_loops(self.law, len(self.materials) == 1)
         self._take_up_sizes()
         if not (self._primed and self._listed):
-            preflight.check_box(self, self._cutoff())
+            preflight.check_box(self, self._scope.cutoff)
             self.rebuild()
         if not self._primed:
             self.compute_forces(0.0)
@@ -247,14 +249,14 @@ class Simulation(Assembly):
             return None
         self.clock.start()
         self._in_step = True
-        setting, then = self._setting(self.dt), (self._list_skin, self._walls_then)
+        setting, then = self._setting(self.dt), (self._scope.skin, self._walls_then)
         told = np.array([0.0, 0.0, 0.0, 0.0, self.time, watch.approach, *5 * [0.0]])
         try:
             stepping.advance(self, most, self.loops, setting, (gravity.at(self.time), self._damping), *then, told)
         finally:  # also when Ctrl-C came meanwhile: what was done is known
             done = Progress.read(told)
             self.step_number, self.time = self.step_number + done.done, done.time
-            watch.take(done.approach, done.quickest, self._list_skin, self.dt)
+            watch.take(done.approach, done.quickest, self._scope.skin, self.dt)
             self.touching = done.touching if done.done else self.touching
             self._in_step = bool(done.begun)
             self.loads.forget()
@@ -288,14 +290,14 @@ class Simulation(Assembly):
         speed, slowest, self._stopping, *signs = self.comm.maximum([speed, own, wish, *self.faults.signs])
         self.balance.note(slowest, own, 1)
         self.faults.take_note(self, *signs, depth=4)
-        self.staleness.advance(speed, self._list_skin, self.dt)
+        self.staleness.advance(speed, self._scope.skin, self.dt)
         if not self._listed:  # an action changed the grains: nothing is known of their displacements
             return True
         if self.staleness.wants_rebuild(self.step_number):
             return True
-        if self.staleness.approach > self.staleness.allowed(self._list_skin):
+        if self.staleness.approach > self.staleness.allowed(self._scope.skin):
             self._measure_approach()
-        return self.staleness.approach > self.staleness.allowed(self._list_skin)
+        return self.staleness.approach > self.staleness.allowed(self._scope.skin)
 
     def _measure_approach(self):
         """The bounds on what may have approached, from the displacements of all grains and walls on all ranks."""
@@ -331,7 +333,7 @@ class Simulation(Assembly):
                 raise_together(self.comm, preflight.fault(self))
             if self._take_up_parameters() or not self._listed:
                 self._take_up_sizes()
-                preflight.check_box(self, self._cutoff())
+                preflight.check_box(self, self._scope.cutoff)
 
     def _write(self):
         """Writers that are due. They read; views of the state that they took end here."""
@@ -379,13 +381,9 @@ class Simulation(Assembly):
         return True
 
     def _take_up_sizes(self):
-        """The skin that suits the grains there are now, and whether the time step does."""
-        largest = self._largest_radius()
-        skin = self.skin if self.skin is not None else DEFAULT_SKIN * 2.0 * largest
-        reach = self.law.largest_reach(self.table, largest)
-        if (skin, reach) != (self._list_skin, self._law_reach):
+        """The skin and the size classes that suit the grains there are now, and whether the time step does."""
+        if self._scope.follow(self, self._listed):
             self._take_down_list()
-            self._list_skin, self._law_reach = skin, reach
         if self.check_dt and not (self._primed and self._checked_dt == self.dt):
             stable = preflight.stable_time_step(self.law, self.table, self.grains, len(self.materials))
             self.stable_dt = -float(self.comm.maximum([-stable])[0])
@@ -397,12 +395,9 @@ class Simulation(Assembly):
         return -int(self.comm.maximum([-number])[0])
 
     def _largest_radius(self):
-        return float(self.comm.maximum([cells.extents(self.grains.block("place"))[6]])[0])
+        return float(self.comm.maximum([cells.extents(self.grains.block("place"), -np.inf, np.inf)[6]])[0])
 
-    def _cutoff(self):
-        return 2.0 * self._largest_radius() + self._law_reach + self._list_skin
-
-    def _sort_in_space(self, grid):
-        start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grid)
+    def _sort_in_space(self, grids):
+        start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grids)
         self.grains.keep(order)
         return start, order

@@ -8,7 +8,16 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 #: Laws made of the same parts as others, which are tested at full size in each respect.
-ALIKE = ("linear_standard", "silbert_standard", "hertz_standard", "hertz_mindlin_standard", "shm")
+ALIKE = (
+    "linear_standard",
+    "silbert_standard",
+    "hertz_standard",
+    "hertz_mindlin_standard",
+    "shm",
+    "hertz",
+    "dmt",
+    "hertz_mindlin_constant_rolling",
+)
 
 #: What is tested of them in every commit: ranks, threads and rebuilds together, and a stop.
 ALWAYS = ("test_ranks_threads_and_rebuilds_together", "test_run_in_two_parts", "test_stop_and_resume")

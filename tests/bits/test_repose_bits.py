@@ -37,7 +37,7 @@ def files(directory):
     return {str(path.relative_to(directory)): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
 
 
-@pytest.mark.parametrize("method", ["cylinder", "plate"])
+@pytest.mark.parametrize("method", ["cylinder", pytest.param("plate", marks=pytest.mark.validate)])
 def test_threads_and_ranks_change_no_byte(tmp_path, method):
     left, staying = run(tmp_path / "alone", method, 1)
     assert sum(outlet["grains"] for outlet in left.values()) > 5

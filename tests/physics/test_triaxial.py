@@ -32,6 +32,7 @@ def on_walls(sim, room):
     return np.array([room.stress(sim, wall) for wall in sim.walls])
 
 
+@pytest.mark.validate
 def test_a_rigid_triaxial_cell():
     sim = EXAMPLE["cloud"](8)
     room = Room(sim)

@@ -59,6 +59,7 @@ compile_law(bc.laws.linear, [bc.Material("m", density=1.0, kn=1e4, kt=3e3, frict
 """
 
 
+@pytest.mark.validate
 def test_the_announced_number_of_kernels_is_what_is_compiled(tmp_path):
     environment = dict(os.environ, BARCHAN_CACHE_DIR=str(tmp_path))
     done = subprocess.run([sys.executable, "-c", ANNOUNCED], capture_output=True, text=True, env=environment, check=True)

@@ -40,12 +40,16 @@ def run_command(words, directory):
     run([*program, *words[1:]], directory, launcher)
 
 
+#: Pages whose deeds take longest: they are done at full size.
+SLOW = ("run-on-your-machine.md", "write-a-law.md", "oedometer.md", "repose.md")
+
+
 def deeds():
     """What there is to do on each page: (kind of block, its text, command), in order."""
     for page in PAGES:
         found = DEED.findall(page.read_text())
         if found:
-            yield pytest.param(found, id=str(page.relative_to(ROOT)))
+            yield pytest.param(found, id=str(page.relative_to(ROOT)), marks=[pytest.mark.validate] if page.name in SLOW else [])
 
 
 def save(text, kind, directory):

@@ -10,7 +10,7 @@ import barchan as bc
 from barchan.actions import Feed
 from barchan.checkpoint import restore, save
 from barchan.errors import SceneError
-from barchan.packing import Sieves
+from barchan.packing import Exponential, LogNormal, Sieves, Uniform
 
 SAND = Sieves([0.4, 0.6, 1.2], [0.0, 0.5, 1.0])
 ONCE = bc.At(1)
@@ -108,6 +108,19 @@ def test_a_rate_in_mass():
     assert (sim.grains.view("velocity") == (0, 0, -1.5)).all()
 
 
+@pytest.mark.parametrize(
+    "sizes",
+    [Uniform(0.1, 0.4), Exponential(0.1, 0.1, 0.4), LogNormal(0.2, 0.3, 0.1, 0.4)],
+    ids=lambda sizes: type(sizes).__name__,
+)
+def test_sizes_by_a_formula(sizes):
+    """Grain number k has the radius number k, and the mass that comes is about that of as many grains of the mean volume."""
+    sim = inlet(room(), ((1, 1, 1), (19, 19, 19)), sizes, inf, 500 * sizes.mean_volume, by="mass")
+    sim.run(1)
+    assert np.array_equal(sim.grains.sorted_by_id("radius"), sizes.radii(5, np.arange(sim.grains.n)))
+    assert 400 < sim.grains.n < 600
+
+
 def test_a_whole_number_of_equal_masses_comes_to_the_last_grain():
     mass = 4 / 3 * pi * 0.1**3
     sim = inlet(room(), ((1, 1, 1), (19, 19, 19)), 0.1, inf, 1537 * mass, by="mass")
@@ -180,7 +193,7 @@ def test_inlets_of_different_names_try_different_places():
 def test_a_scene_that_begins_empty_gets_its_skin_with_its_grains():
     sim = inlet(room(), ((1, 1, 1), (19, 19, 19)), 0.5, inf, 50, due=bc.At(3))
     sim.run(200)
-    assert sim._list_skin == 0.1 * 2 * 0.5
+    assert sim._scope.skin == 0.1 * 2 * 0.5
 
 
 def test_a_time_step_above_that_of_new_grains_is_refused():

@@ -156,6 +156,7 @@ def test_a_bed_made_by_several_ranks_is_that_made_by_one():
     assert count == 3000 and np.array_equal(np.concatenate([part[2] for part in parts])[order], position[np.argsort(ids)])
 
 
+@pytest.mark.validate
 def test_a_bed_is_settled_by_one_rank_alone(tmp_path, monkeypatch):
     """While the others wait: where no state is kept yet."""
     monkeypatch.setenv("BARCHAN_CACHE_DIR", str(tmp_path))
@@ -167,6 +168,7 @@ def test_a_bed_is_settled_by_one_rank_alone(tmp_path, monkeypatch):
     assert virtual_ranks(2, program) == [(32000, 3)] * 2
 
 
+@pytest.mark.validate
 def test_scaling_tells_what_it_measured():
     """Speed-up and efficiency follow from the times by equations (14) and (15); phases, ghosts and messages are there."""
     told = on_ranks(2, "-m", "barchan.cli", "scaling", "--grains", 2000, "--steps", 100, "--sync")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from neighbours import SHORTEST, assert_lists_are_right, grids_of, listed_pairs, make, surface_distances
 from scenes import NOTHING, simulation
 
 import barchan as bc
@@ -13,19 +14,20 @@ from barchan.parallel import virtual_ranks, world
 
 pytestmark = [pytest.mark.nojit, pytest.mark.filterwarnings("ignore:step .* overlap by more than")]
 
-#: Edge of the box in cut-offs: the shortest period that is allowed holds two cells; without a period, fewer will do.
-SHORTEST = 2.0 + 1e-9
 PERIODS = st.sampled_from([SHORTEST, 2.3, 2.999, 3.0, 4.7])
 OPEN_EDGES = st.sampled_from([0.2, 1.0, 1.7, 3.0, 6.0])
+
+#: Radii that cut the grains, of at most 1, into size classes; None leaves the choice to the cost model.
+SEPARATORS = st.sampled_from([None, (), (0.5,), (0.05,), (0.1, 0.3, 0.6), (0.002, 0.01, 0.05, 0.3, 0.9)])
 
 
 @st.composite
 def scenes(draw):
     """A gas of grains that hardly feel each other: radii, places, velocities, box, skin and some immobile grains."""
     periodic = draw(st.tuples(st.booleans(), st.booleans(), st.booleans()))
-    count, ratio = draw(st.integers(1, 60)), draw(st.sampled_from([1.0, 1.5, 4.0, 10.0]))
+    count, ratio = draw(st.integers(1, 60)), draw(st.sampled_from([1.0, 1.5, 4.0, 10.0, 100.0, 1000.0]))
     skin, edges = draw(st.sampled_from([0.02, 0.2, 1.0])), [draw(PERIODS if p else OPEN_EDGES) for p in periodic]
-    frozen_part = draw(st.sampled_from([0.0, 0.3]))
+    frozen_part, separators = draw(st.sampled_from([0.0, 0.3])), draw(SEPARATORS)
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     radius = np.exp(rng.uniform(-np.log(ratio), 0.0, count))
     largest = radius.max()
@@ -38,44 +40,9 @@ def scenes(draw):
         "position": low + rng.random((count, 3)) * box.length,
         "velocity": rng.normal(size=(count, 3)),
         "frozen": rng.random(count) < frozen_part,
+        "separators": separators,
+        "sparse": draw(st.booleans()),
     }
-
-
-def make(scene):
-    sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
-    sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], 1e9, False
-    sim.add_grains(
-        scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"]
-    )
-    return sim
-
-
-def surface_distances(box, position, radius):
-    """Gap between the surfaces of all pairs, over the nearest image; matrix by row."""
-    branch = box.difference(position[:, None, :], position[None, :, :])
-    return np.sqrt((branch**2).sum(axis=2)) - radius[:, None] - radius[None, :]
-
-
-def listed_pairs(sim):
-    """Pairs of ids in this rank's list, as a list of tuples, and the ids that it owns."""
-    ids = sim.grains.view("id", ghosts=True)
-    pairs = np.stack([ids[sim.contacts.first], ids[sim.contacts.second]], axis=1)
-    return [tuple(pair) for pair in pairs.tolist()], set(sim.grains.view("id").tolist())
-
-
-def assert_lists_are_right(parts, gap, frozen, skin):
-    """Every rank lists each pair that concerns one of its grains once, and each that is nearer than the skin is listed."""
-    owners = [grain for _, own in parts for grain in own]
-    assert sorted(owners) == list(range(len(frozen))), "every grain has one owner"
-    matters = ~(frozen[:, None] & frozen[None, :])
-    near = {(i, j) for i, j in np.argwhere(matters & (gap < skin * (1.0 - 1e-9))).tolist() if i < j}
-    perhaps = {(i, j) for i, j in np.argwhere(matters & (gap < skin * (1.0 + 1e-9))).tolist() if i < j}
-    for pairs, own in parts:
-        assert all(i < j for i, j in pairs), "the smaller id comes first"
-        assert len(set(pairs)) == len(pairs), "none is listed twice"
-        concerned = {(i, j) for i, j in near if i in own or j in own}
-        assert concerned <= set(pairs), f"missed: {concerned - set(pairs)}"
-        assert set(pairs) <= perhaps, f"too far, or both immobile: {set(pairs) - perhaps}"
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
@@ -88,7 +55,9 @@ def test_the_list_holds_exactly_the_pairs_within_the_skin(ranks, scene):
         return listed_pairs(sim)
 
     gap = surface_distances(scene["box"], scene["position"], scene["radius"])
-    assert_lists_are_right(virtual_ranks(ranks, program), gap, scene["frozen"], scene["skin"])
+    with grids_of(scene):
+        parts = virtual_ranks(ranks, program)
+    assert_lists_are_right(parts, gap, scene["frozen"], scene["skin"])
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -105,7 +74,7 @@ def test_no_pair_is_missed_across_the_end_of_a_period(edge, axis, ranks, monkeyp
         edges[axis] = edge
         scene = {"box": bc.Box((0, 0, 0), edges * (1.0 + skin), (True, True, True)), "skin": skin, "radius": np.full(count, 0.5)}
         scene |= {"position": rng.random((count, 3)) * scene["box"].length, "velocity": np.zeros((count, 3))}
-        scene["frozen"] = np.zeros(count, dtype=bool)
+        scene |= {"frozen": np.zeros(count, dtype=bool), "separators": None, "sparse": seed > 1}
 
         def program(scene=scene):
             sim = make(scene)
@@ -113,7 +82,9 @@ def test_no_pair_is_missed_across_the_end_of_a_period(edge, axis, ranks, monkeyp
             return listed_pairs(sim)
 
         gap = surface_distances(scene["box"], scene["position"], scene["radius"])
-        assert_lists_are_right(virtual_ranks(ranks, program), gap, scene["frozen"], skin)
+        with grids_of(scene):
+            parts = virtual_ranks(ranks, program)
+        assert_lists_are_right(parts, gap, scene["frozen"], skin)
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
@@ -137,7 +108,9 @@ def test_no_touching_pair_is_missed_between_rebuilds(ranks, scene):
         return seen
 
     frozen = scene["frozen"]
-    for parts in zip(*virtual_ranks(ranks, program)):
+    with grids_of(scene):
+        steps = zip(*virtual_ranks(ranks, program))
+    for parts in steps:
         places = {grain: place for _, _, part in parts for grain, place in part.items()}
         position = np.array([places[grain] for grain in sorted(places)]).reshape(-1, 3)
         gap = surface_distances(scene["box"], position, scene["radius"])
@@ -211,7 +184,7 @@ def test_there_is_memory_beside_the_last_candidate(count):
     sim.prepare()
     contacts = sim.contacts
     for name in ("first", "second", "slot"):
-        assert len(contacts._stores[name]) >= len(getattr(contacts, name)) + LANES
+        assert len(contacts._lists._arrays[name]) >= len(getattr(contacts, name)) + LANES
     assert contacts.seen.shape[1] >= count + LANES
 
 

@@ -62,14 +62,16 @@ def test_grains_are_sent_to_exactly_the_ranks_within_reach(topology, reach, wide
     rank = int(owner[0])
     own = np.flatnonzero(owner == rank)
     place = np.concatenate([position, radius[:, None]], axis=1)[own]
-    sends = topology.sends(rank, place, widest, reach)
-    assert set(sends) <= set(topology.neighbours(rank, widest + reach)) and rank not in sends
+    largest = np.array([0.3 * widest, widest])
+    beyond = np.where(place[:, 3] <= largest[0], *largest) + reach
+    sends = topology.sends(rank, place, largest, reach)
+    assert set(sends) <= set(topology.neighbours(rank, 2.0 * widest + reach)) and rank not in sends
     for other in set(range(topology.size)) - {rank}:
         away = np.array([distance(topology, point, other) for point in place[:, :3]])
         sent = np.zeros(len(own), dtype=bool)
         sent[sends.get(other, [])] = True
-        assert sent[away <= place[:, 3] + reach - 1e-9].all()
-        assert not sent[away > (place[:, 3] + reach) * (1.0 + 1e-8) + 1e-9].any()
+        assert sent[away <= place[:, 3] + beyond - 1e-9].all()
+        assert not sent[away > (place[:, 3] + beyond) * (1.0 + 1e-8) + 1e-9].any()
         assert (np.diff(sends.get(other, [])) > 0).all()
 
 

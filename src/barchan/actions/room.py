@@ -45,8 +45,8 @@ class _Occupied:
         away = np.abs(sim.box.difference(place[:, :3], brick.mean(axis=0)))
         near = (away <= 0.5 * (brick[1] - brick[0]) + reach * (1.0 + 1e-9)).all(axis=1)
         self.place = np.ascontiguousarray(place[near])
-        grid = cells.make_grid(brick[0] - reach, brick[1] + reach, reach, 2.0 * len(self.place) + 64.0, sim.box.frame)
-        self.cells = (*cells.sorted_cells(self.place, 0, len(self.place), grid), grid.table)
+        grid = cells.make_grid(brick[0] - reach, brick[1] + reach, reach, len(self.place), sim.box.frame)
+        self.cells = (*cells.sorted_cells(self.place, 0, len(self.place), cells.Grids.of([grid], [np.inf])), grid.table)
 
     def blocks(self, trial):
         """Whether something is in the way of each trial grain, (k,): the same on all ranks.

@@ -108,6 +108,11 @@ def helper(function):
     return njit(error_model="numpy", forceinline=True)(function)
 
 
+def subroutine(function):
+    """Decorator: a larger function that kernels call; inlined into each it would be compiled as often."""
+    return njit(error_model="numpy")(function)
+
+
 def _widest_lanes(typing_context):
     """Called in the body of a loop: the function around it may use the widest vectors of the processor, and its arrays do not
     overlap. LLVM stays at 256 bits on processors that have 512 (measured with 512: the loop over pairs of ``hertz_standard``

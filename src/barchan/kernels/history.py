@@ -180,8 +180,8 @@ def find_pairs_again(n_pairs, rows, new_row, offsets, first, second, slot, moved
     Args:
         n_pairs, rows: as ``list_remembered`` left them.
         new_row: new row of each old one, or ``NOWHERE``.
-        offsets: (1 or 2, owned + 1) pairs that grain i found are ``offsets[0, i]`` to ``offsets[0, i + 1]``, with ghosts
-            ``offsets[1, i]`` to ``offsets[1, i + 1]``; it is the lower row of the two.
+        offsets: (1 to 3, owned + 1) pairs that grain i found are ``offsets[0, i]`` to ``offsets[0, i + 1]``, with ghosts those
+            by the other lines; it is the lower row of the two.
         moved: becomes the new number of each, or ``NOWHERE``.
     """
     n_owned = offsets.shape[1] - 1
@@ -190,10 +190,10 @@ def find_pairs_again(n_pairs, rows, new_row, offsets, first, second, slot, moved
         lower = min(one, other)
         found = NOWHERE
         if lower < n_owned:
-            kind = 1 if max(one, other) >= n_owned else 0
-            kind = min(kind, offsets.shape[0] - 1)
-            for new in range(offsets[kind, lower], offsets[kind, lower + 1]):
-                found = new if (first[new] == one) & (second[new] == other) else found
+            kinds = (1, offsets.shape[0]) if max(one, other) >= n_owned else (0, 1)
+            for kind in range(kinds[0], kinds[1]):
+                for new in range(offsets[kind, lower], offsets[kind, lower + 1]):
+                    found = new if (first[new] == one) & (second[new] == other) else found
         if found != NOWHERE:
             slot[found] = rows[2, t]
         moved[t] = found

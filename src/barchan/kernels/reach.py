@@ -1,5 +1,6 @@
 """Finds which sub-domains grains are in, and the grains that other ranks have to see."""
 
+from barchan.kernels.cells import class_of
 from barchan.kernels.compiler import helper, kernel
 
 
@@ -40,7 +41,7 @@ def beside(c, step, n, periodic):
 
 
 @kernel()
-def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border, own, reach, rounding, rows, ranks):
+def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border, own, largest, reach, rounding, rows, ranks):
     """Write grains and the ranks that must see them into ``rows`` and ``ranks``, in ascending order of rows, each once.
 
     Args:
@@ -48,7 +49,8 @@ def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border,
         low, edge, inverse, shape, periodic: of the grid of sub-domains, (3,) each, the inverse that of the edge; ``owners`` and
             ``border``, whether others are near, of each sub-domain.
         span: (3,) how many sub-domains away to look.
-        reach: how far beyond its radius a grain is seen; ``rounding`` more, relatively.
+        largest: (classes,) radius of the largest grain of each size class. reach: how far beyond its own radius and that of its
+            class a grain is seen; ``rounding`` more, relatively.
 
     Returns:
         How many were found, even if there was no room for all.
@@ -60,7 +62,7 @@ def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border,
         if border[(cx * shape[1] + cy) * shape[2] + cz] == 0:
             continue
         first = count
-        far = (place[i, 3] + reach) * (1.0 + rounding)
+        far = (place[i, 3] + largest[class_of(place[i, 3], largest)] + reach) * (1.0 + rounding)
         for sx in range(-span[0], span[0] + 1):
             nx, gx = beside(cx, sx, shape[0], periodic[0]), gap(x, low[0], edge[0], cx, sx)
             if nx < 0 or gx > far:

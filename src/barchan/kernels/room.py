@@ -1,6 +1,6 @@
 """Is there room for new grains? Overlaps of trial grains with those that are there, and among themselves."""
 
-from barchan.kernels.cells import SHAPE, WRAPS, cell_coordinate, line_number
+from barchan.kernels.cells import SHAPE, WRAPS, cell_coordinate, cell_place, line_number
 from barchan.kernels.compiler import helper, kernel
 
 
@@ -42,7 +42,7 @@ def find_blocked(trial, place, start, rows, grid, length, half, blocked):
             cy = _neighbour(y, number // 3 % 3 - 1, 1, grid)
             cz = _neighbour(z, number // 9 - 1, 2, grid)
             if min(cx, cy, cz) >= 0 and blocked[i] == 0:
-                cell = line_number(cy, cz, grid) * int(grid[SHAPE, 0]) + cx
+                cell = cell_place(line_number(cy, cz, grid) * int(grid[SHAPE, 0]) + cx, grid)
                 for k in range(start[cell], start[cell + 1]):
                     if _overlap(trial, i, place, rows[k], length, half):
                         blocked[i] = 1

@@ -8,18 +8,16 @@ from typing import NamedTuple
 import numpy as np
 
 from barchan import memory
-from barchan.kernels import cells
 from barchan.kernels import history as history_kernels
 from barchan.kernels import incidence as incidence_kernels
-from barchan.kernels import pairs as pair_kernels
 from barchan.kernels.compiler import shares
 from barchan.kernels.couples import add_couples
 from barchan.kernels.gather import gather_forces
 from barchan.kernels.history import NOWHERE
-from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import Lists, Rooms
 from barchan.kernels.template import BLOCK, block_rooms, whole_blocks
 from barchan.neighbors.rows import ContactRows
+from barchan.neighbors.search import PairSearch
 
 #: Contacts of a grain that are sorted by rank, or listed, at a time.
 AT_A_TIME = 32
@@ -101,15 +99,8 @@ class Contacts:
         self._lay_out()
         self._n_inner, self._fresh_at_walls, self.computed = 0, np.zeros((law.history_width, 0)), False
         self._ids = np.zeros(0, dtype=np.int64)
-        self.wall_ranges, self._pairs_per_grain, self._stores = [], 4.0, {}
-
-    def _array(self, name, dtype, *shape):
-        """Uninitialised array in memory that is kept from rebuild to rebuild: fresh memory costs a page fault per 4 kB
-        (measured: 3 ms of a rebuild of 30 ms)."""
-        count = int(np.prod(shape))
-        if name not in self._stores or len(self._stores[name]) < count:
-            self._stores[name] = memory.empty((count + count // 5 + 64,), dtype)
-        return self._stores[name][:count].reshape(shape)
+        self.wall_ranges, self._lists = [], memory.Store()
+        self._search = PairSearch(self._lists)
 
     @property
     def n_pairs(self):
@@ -164,47 +155,18 @@ class Contacts:
         ids, n_rows = self._ids[strangers], len(self._ids)
         return Remembered(n_pairs, count, rows, begin, entries, moved, columns, strangers, ids, n_rows)
 
-    def build(self, grains, walls, grid, start, reach):
+    def build(self, grains, walls, grids, start, reach):
         """Find all pairs and wall contacts whose surfaces are closer than ``reach`` [length]. Owned rows are in the order
-        of the grid's cells, of which ``start`` tells where they begin. ``carry_over`` has to follow."""
-        self._build_pairs(grains, grid, start, reach)
+        of the grids' cells, of which ``start`` tells where they begin. ``carry_over`` has to follow."""
+        self.first, self.second, self._n_inner, self._offsets, self.seen = self._search.find(grains, grids, start, reach)
         self._build_wall_contacts(grains, walls, reach)
         self._ids = grains.view("id", ghosts=True)
         self.start, self.touched = np.empty(grains.n + 1, dtype=np.uint32), np.zeros(grains.n, dtype=np.uint32)
         incidence_kernels.count_incidence(grains.n, self.first, self.second, self.wall_grain, self.start)
-        self.incidence = self._array("incidence", np.uint32, self.start[-1])
+        self.incidence = self._lists("incidence", np.uint32, self.start[-1])
         count = self.n_pairs + len(self.wall_grain)
-        self.slot = self._array("slot", np.uint32, count + LANES)[:count]
+        self.slot = self._lists("slot", np.uint32, count)
         self.slot[:], self.computed = 0, False
-
-    def _build_pairs(self, grains, grid, start, reach):
-        place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
-        ghost_start, ghost_rows = cells.sorted_cells(place, grains.n, grains.n_ghost, grid)
-        parts, counts = np.searchsorted(start, shares(grains.n)).astype(np.uint64), np.empty(grains.n, dtype=np.uint32)
-        parts[-1] = grid.n_cells
-        rooms = pair_kernels.rooms(len(parts) - 1)
-        self.seen = grains.working_room(4 * (len(place) + LANES)).reshape(4, -1)
-        pair_kernels.see_places(place, ghost_rows, self.seen)
-        search = (start, ghost_start, ghost_rows, self.seen, frozen, grains.view("id", ghosts=True), reach, grid.table)
-        while True:
-            room = int(self._pairs_per_grain * grains.n) + 2 * pair_kernels.FOUND * (len(parts) - 1)
-            bounds, ends = shares(room), np.empty(len(parts) - 1, dtype=np.uint64)
-            first, second = (self._array(name, np.uint32, room) for name in ("first", "second"))
-            pair_kernels.find_pairs(parts, bounds, *search, *rooms, first, second, counts, ends)
-            if (ends + np.uint64(pair_kernels.FOUND) <= bounds[1:]).all():  # so that rows exist beside the last, for the lanes
-                break
-            self._pairs_per_grain = 1.05 * float((ends - bounds[:-1]).max()) * len(ends) / grains.n
-        n_pairs = 0
-        for begin, end in zip(bounds.tolist(), ends.tolist()):
-            for rows in (first, second):
-                rows[n_pairs : n_pairs + end - begin] = rows[begin:end]
-            n_pairs += end - begin
-        self.first, self.second, self._n_inner = first[:n_pairs], second[:n_pairs], n_pairs
-        self._offsets = np.zeros((2 if grains.n_ghost else 1, grains.n + 1), dtype=np.uint32)
-        np.cumsum(counts, out=self._offsets[0, 1:])
-        if grains.n_ghost:
-            room = np.empty((2, n_pairs), np.uint32)
-            self._n_inner = int(pair_kernels.inner_first(self.first, self.second, self._offsets, *room))
 
     def _build_wall_contacts(self, grains, walls, reach):
         found = [wall.candidates(grains, reach) for wall in walls]

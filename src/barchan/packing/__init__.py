@@ -5,6 +5,21 @@ from barchan.packing.packing import Packing
 from barchan.packing.preparation import Preparation, Sample
 from barchan.packing.press import hold, press
 from barchan.packing.read import read_packing
-from barchan.packing.sizes import Sieves
+from barchan.packing.scatter import scatter
+from barchan.packing.sieves import Sieves
+from barchan.packing.sizes import Exponential, LogNormal, Uniform
 
-__all__ = ["Packing", "Preparation", "Sample", "Sieves", "compact", "hold", "press", "read_packing"]
+__all__ = [
+    "Exponential",
+    "LogNormal",
+    "Packing",
+    "Preparation",
+    "Sample",
+    "Sieves",
+    "Uniform",
+    "compact",
+    "hold",
+    "press",
+    "read_packing",
+    "scatter",
+]

@@ -6,6 +6,7 @@ all ranks see the same numbers. There is one ghost per grain per rank.
 
 import numpy as np
 
+from barchan.kernels.border import find_touching
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel.mapping import Mapping
 from barchan.parallel.migrate import move_rows
@@ -30,22 +31,40 @@ class Ghosts:
         """What compiled code brings the ghosts up to date with, or None if it cannot."""
         return self._lines.wire(self.get)
 
-    def build(self, grains, topology, widest, reach):
-        """Make the ghosts of grains that come within their radius and ``reach`` of this rank's part of space. ``grains`` is
-        modified; the mapping is kept for ``update``.
+    def build(self, grains, topology, grids, start, reach):
+        """Make the ghosts of grains that may touch one of this rank's. ``grains`` is modified; the mapping is kept.
 
         Args:
-            widest: largest radius on any rank.
+            grids, start: owned rows are in the order of the cells of these ``Grids``, of which ``start`` tells where they begin.
+            reach: how far beyond touching grains must see each other [length].
         """
         if self.comm.size == 1:
             return
-        partners = topology.neighbours(self.comm.rank, widest + reach)
-        sends = topology.sends(self.comm.rank, grains.block("place"), widest, reach)
+        partners = topology.neighbours(self.comm.rank, 2.0 * grids.largest[-1] + reach)
+        sends = topology.sends(self.comm.rank, grains.block("place"), grids.largest, reach)
+        if len(grids.largest) > 1:
+            sends = self._with_touching(sends, partners, grains.block("place"), grids, start, reach)
         self.get = Mapping.define(self.comm, sends, partners)
         names = grains.ghost_blocks()
         self._send(grains, names)
         grains.append_rows({}, self.get.n_received, ghost=True)
         self.finish_update(grains)
+
+    def _with_touching(self, sends, partners, place, grids, start, reach):
+        """What is sent, and each grain that may touch one of a larger class elsewhere: known once those are. They are few."""
+        n_small = start[grids.first[1]]
+        larger = Mapping.define(self.comm, {rank: rows[rows >= n_small] for rank, rows in sends.items()}, partners)
+        ghosts = np.ascontiguousarray(larger.push(place).send().pop())
+        ranks = np.repeat(np.array(list(larger.receives), dtype=np.int32), list(larger.receives.values()))
+        room = 64 + len(place) // 8
+        while True:
+            rows, to = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int32)
+            found = find_touching(ghosts, ranks, place, start, grids, reach, rows, to)
+            if found <= room:
+                break
+            room = found
+        rows, to = rows[:found], to[:found]
+        return {rank: np.union1d(sends.get(rank, rows[:0]), rows[to == rank]) for rank in sorted({*sends, *to.tolist()})}
 
     def join_rows(self, rows):
         """``ContactRows`` of the grains, and then those of their ghosts: a contact may be known to the other grain alone. All

@@ -53,24 +53,25 @@ class Topology:
         """Ranks with a sub-domain within ``reach`` [length] of one of this rank's, ascending."""
         return self._surroundings(rank, reach)[0]
 
-    def sends(self, rank, place, widest, reach):
-        """Which grains come within their radius and ``reach`` of other ranks' sub-domains, over the nearest periodic image.
+    def sends(self, rank, place, largest, reach):
+        """Which grains may touch one of their size class in other ranks' sub-domains, or a smaller one, over the nearest periodic
+        image.
 
         Args:
             rank: their owner.
             place: (n, 4) positions and radii [length].
-            widest: largest radius on any rank [length].
+            largest: (classes,) radius of the largest grain of each size class on any rank, ascending [length].
             reach: how far beyond touching others must see them [length].
 
         Returns:
             Rank -> rows, ascending; ranks ascending.
         """
-        _, border, span = self._surroundings(rank, widest + reach)
+        _, border, span = self._surroundings(rank, 2.0 * largest[-1] + reach)
         room = 64 + len(place) // 4
         grid = (self.box.low, self.edge, self._inverse, self.shape, np.array(self.box.periodic))
         while True:
             rows, ranks = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int32)
-            found = kernels.find_sends(place, *grid, span, self.owners, border, rank, reach, _ROUNDING, rows, ranks)
+            found = kernels.find_sends(place, *grid, span, self.owners, border, rank, largest, reach, _ROUNDING, rows, ranks)
             if found <= room:
                 break
             room = found

@@ -1,0 +1,104 @@
+"""Random places at which grains of any sizes overlap nobody: thrown in anywhere, then pushed apart."""
+
+import warnings
+
+import numpy as np
+
+from barchan.domain import Box
+from barchan.domain import numbers as as_numbers
+from barchan.errors import RunError, SceneError
+from barchan.forces import Damping
+from barchan.laws import Property, law
+from barchan.laws.vector import scale
+from barchan.materials import Material
+from barchan.measure import ContactStatistics
+from barchan.packing.packing import Packing
+from barchan.parallel.comm import Serial
+from barchan.preflight import check_count
+from barchan.simulation import Simulation
+from barchan.walls import Plane
+
+#: How much larger grains are while they are pushed apart, since the last overlaps fade away and never end; and up to which
+#: overlap, relative to the smaller diameter, the true ones overlap neither each other nor a wall.
+MARGIN, APART = 0.01, 0.005
+
+#: Stiffness of a contact relative to its effective mass, and what of a velocity is lost in each step: quick, far from unstable.
+STIFFNESS, LOST = 0.1, 0.4
+
+#: Steps between two looks.
+LOOK = 20
+
+
+@law(properties={"push": Property("1/time^2", above=True)})
+def soft(overlap, normal, mass_eff, push):
+    """A linear spring, without friction."""
+    return push * mass_eff * overlap, scale(0.0, normal)
+
+
+def scatter(box, radius, seed=0, most=20_000):
+    """Throw grains into a box at random, and push them apart until none overlap. Periodic faces let them through, others keep
+    them inside.
+
+    It works up to solid fractions near that of the loosest packings, 0.5 for one size and more for several; ``compact`` and
+    ``press`` make denser samples of it. Each process of several does all of it, for itself.
+
+    Args:
+        box: a ``Box``.
+        radius: (n,) of the grains [length], such as ``Sieves(...).radii(seed, numpy.arange(n))``.
+        seed: of the places, a whole number >= 0.
+        most: it must be done after so many steps of pushing.
+
+    Returns:
+        A ``Packing``: the grains in the order of ``radius``.
+
+    Raises:
+        SceneError: an argument cannot be used.
+        RunError: they still overlap.
+
+    >>> import barchan as bc
+    >>> found = scatter(bc.Box((0, 0, 0), (8, 8, 8), (True, True, True)), [1.0, 0.5] * 20)
+    >>> sim = bc.Simulation(found.box, bc.laws.linear, bc.Material("m", density=1, kn=1, kt=1, friction=0), dt=0.1)
+    >>> ids = sim.add_grains(found.position, found.radius); sim.prepare(); sim.touching
+    0
+    """
+    radius = as_numbers("scatter: radius", radius, "length")
+    check_count("scatter: seed", seed, least=0)
+    check_count("scatter: most", most, least=1)
+    if radius.ndim != 1 or not len(radius) or not (np.isfinite(radius) & (radius > 0.0)).all():
+        raise SceneError(f"scatter: radius has shape {radius.shape}; give one finite number above 0 [length] for each grain")
+    sim = _cloud(box, radius, np.random.default_rng(seed))
+    while sim.step_number < most:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of large overlaps: there are many at first
+            sim.run(LOOK)
+        overlap = ContactStatistics().compute(sim).largest_overlap
+        if overlap <= APART:
+            count = len(radius)
+            return Packing(
+                sim.grains.sorted_by_id("position"), radius, np.zeros(count, dtype=np.int64), np.zeros((count, 3)), box
+            )
+    filled = float((4.0 / 3.0 * np.pi * radius**3).sum() / np.prod(box.length))
+    raise RunError(
+        f"scatter: after {most} steps grains still overlap by up to {overlap - APART:.2g} of the smaller diameter; their solid "
+        f"fraction is {filled:.3g}. Take fewer, or a larger box, and compact the sample; or allow more steps"
+    )
+
+
+def _cloud(box, radius, random):
+    """The grains at random places, soft, and the heavier the more of them overlap one of that size: so none is pushed too far."""
+    room = np.where(box.periodic, 0.0, (1.0 + MARGIN) * radius[:, None])
+    if (box.length < 2.0 * room.max(axis=0)).any():
+        raise SceneError(f"scatter: a grain of radius {radius.max():g} does not fit between the faces of the box")
+    material = Material("soft", density=1.0, push=STIFFNESS)
+    beyond = np.where(box.periodic, 0.0, 2.0 * radius.max())  # where grains may be pushed for a moment
+    sim = Simulation(Box(box.low - beyond, box.high + beyond, box.periodic), soft, material, dt=1.0, comm=Serial())
+    sim.max_overlap, sim.check_dt, sim.damping = np.inf, False, Damping(viscous=LOST)
+    for axis in np.flatnonzero(~np.array(box.periodic)):
+        normal = np.eye(3)[axis]
+        sim.add_wall(Plane(box.low, normal))
+        sim.add_wall(Plane(box.high, -normal))
+    sim.add_grains(box.low + room + random.random((len(radius), 3)) * (box.length - 2.0 * room), (1.0 + MARGIN) * radius)
+    moments = [(radius**power).mean() for power in range(4)]
+    around = moments[3] + 3.0 * radius * moments[2] + 3.0 * radius**2 * moments[1] + radius**3
+    sim.grains.mass = 1.0 + 0.25 * len(radius) * 4.0 / 3.0 * np.pi * around / np.prod(box.length)
+    return sim

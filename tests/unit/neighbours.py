@@ -1,0 +1,58 @@
+"""Scenes for tests of the neighbour list, and a look at every pair to compare it with."""
+
+from contextlib import contextmanager
+from unittest.mock import patch
+
+import numpy as np
+from scenes import NOTHING, simulation
+
+from barchan.kernels import cells
+
+#: Edge of the box in cut-offs: the shortest period that is allowed holds two cells; without a period, fewer will do.
+SHORTEST = 2.0 + 1e-9
+
+
+@contextmanager
+def grids_of(scene):
+    """Grids with a place for every cell, or sparse ones, with few places for all of them."""
+    limits = {"DENSE": 0, "FEWEST": 7, "SPARSE": 1} if scene["sparse"] else {}
+    with patch.multiple(cells, **limits) if limits else patch.object(cells, "DENSE", cells.DENSE):
+        yield
+
+
+def make(scene):
+    sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
+    sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], 1e9, False
+    sim.size_classes.separators = scene["separators"]
+    sim.add_grains(
+        scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"]
+    )
+    return sim
+
+
+def surface_distances(box, position, radius):
+    """Gap between the surfaces of all pairs, over the nearest image; matrix by row."""
+    branch = box.difference(position[:, None, :], position[None, :, :])
+    return np.sqrt((branch**2).sum(axis=2)) - radius[:, None] - radius[None, :]
+
+
+def listed_pairs(sim):
+    """Pairs of ids in this rank's list, as a list of tuples, and the ids that it owns."""
+    ids = sim.grains.view("id", ghosts=True)
+    pairs = np.stack([ids[sim.contacts.first], ids[sim.contacts.second]], axis=1)
+    return [tuple(pair) for pair in pairs.tolist()], set(sim.grains.view("id").tolist())
+
+
+def assert_lists_are_right(parts, gap, frozen, skin):
+    """Every rank lists each pair that concerns one of its grains once, and each that is nearer than the skin is listed."""
+    owners = [grain for _, own in parts for grain in own]
+    assert sorted(owners) == list(range(len(frozen))), "every grain has one owner"
+    matters = ~(frozen[:, None] & frozen[None, :])
+    near = {(i, j) for i, j in np.argwhere(matters & (gap < skin * (1.0 - 1e-9))).tolist() if i < j}
+    perhaps = {(i, j) for i, j in np.argwhere(matters & (gap < skin * (1.0 + 1e-9))).tolist() if i < j}
+    for pairs, own in parts:
+        assert all(i < j for i, j in pairs), "the smaller id comes first"
+        assert len(set(pairs)) == len(pairs), "none is listed twice"
+        concerned = {(i, j) for i, j in near if i in own or j in own}
+        assert concerned <= set(pairs), f"missed: {concerned - set(pairs)}"
+        assert set(pairs) <= perhaps, f"too far, or both immobile: {set(pairs) - perhaps}"

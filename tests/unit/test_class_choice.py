@@ -1,0 +1,117 @@
+"""Which size classes are chosen: one where sizes are alike, cuts where they are far apart, the same on all ranks, stable while
+grains come and go."""
+
+import numpy as np
+import pytest
+from scenes import NOTHING, simulation
+
+import barchan as bc
+from barchan.errors import SceneError
+from barchan.neighbors.classes import Sizes, choose, divide
+from barchan.parallel import virtual_ranks
+
+
+def sizes_of(*bins, filled=0.5):
+    """Radii and numbers of grains, in a volume of which they fill a part."""
+    largest, count = np.array(bins, dtype=float).T
+    return Sizes(largest, count.astype(int), float((4.0 / 3.0 * np.pi * largest**3 * count).sum() / filled))
+
+
+def cloud(radius, edge=40.0):
+    sim = simulation(bc.Box((0, 0, 0), (edge,) * 3, (True,) * 3), properties=NOTHING)
+    sim.max_overlap, sim.check_dt = 1e9, False
+    sim.add_grains(np.random.default_rng(1).uniform(0, edge, (len(radius), 3)), radius)
+    return sim
+
+
+def test_two_sizes_far_apart_are_two_classes():
+    found = choose(sizes_of((1.0, 700_000), (10.0, 250)), 0.5)
+    assert found.largest.tolist() == [1.0, 10.0] and found.count.tolist() == [700_000, 250]
+
+
+@pytest.mark.parametrize(
+    "bins", [[(1.0, 10**6)], [(1.0, 10**6), (1.3, 10**6)], [(1.0, 50), (3.0, 50)]], ids=["one", "alike", "few"]
+)
+def test_one_class_where_that_is_best(bins):
+    assert len(choose(sizes_of(*bins), 0.1).largest) == 1
+
+
+def test_more_classes_only_where_they_pay():
+    """Of all choices with one cut or none, none costs less by the model than what is chosen."""
+    largest = np.geomspace(1.0, 100.0, 24)
+    sizes = sizes_of(*zip(largest, 1e6 * largest**-2.0))
+    found = choose(sizes, 0.2)
+    others = [divide(sizes, 0.2, ()), *(divide(sizes, 0.2, (radius,)) for radius in largest)]
+    assert len(found.largest) > 2 and found.seconds < min(other.seconds for other in others)
+    assert found.count.sum() == sizes.count.sum() and found.largest[-1] == 100.0
+
+
+def test_the_model_counts_grains_in_a_cell():
+    sizes = Sizes(np.array([1.0, 5.0]), np.array([8000, 10]), 40.0**3)
+    per_cell = divide(sizes, 0.5, (1.0,)).per_cell
+    assert per_cell == pytest.approx([8000 * 2.5**3 / 40.0**3, 10 * 10.5**3 / 40.0**3])
+
+
+def test_separators_are_the_largest_radii_of_classes():
+    sim = cloud(np.repeat([0.5, 1.0, 1.000001, 3.0], [40, 30, 20, 10]))
+    sim.size_classes.separators = (0.1, 1.0, 7.0)
+    sim.prepare()
+    assert sim.size_classes.largest.tolist() == [1.0, 3.0] and sim.size_classes.choice.count.tolist() == [70, 30]
+    assert str(sim.size_classes).startswith("2 (as given): up to radius 1: 70 grains, ")
+
+
+def test_ranks_choose_alike_and_tell_of_their_ghosts():
+    radius = np.repeat([0.2, 4.0], [4000, 5])
+
+    def program():
+        sim = cloud(radius)
+        sim.prepare()
+        return sim.size_classes.largest.tolist(), sim.size_classes.choice.count.tolist(), sim.size_classes.ghosts
+
+    alone, parts = virtual_ranks(1, program)[0], virtual_ranks(3, program)
+    assert alone[:2] == ([0.2, 4.0], [4000, 5]) and alone[2].tolist() == [0, 0]
+    assert all(part[:2] == alone[:2] and part[2][0] > 0 for part in parts)
+
+
+def test_small_ghosts_are_few():
+    """A layer of small grains one diameter and a skin thick, and around large ones, not one as thick as a large grain."""
+
+    def program(separators):
+        sim = cloud(np.repeat([0.2, 4.0], [8000, 2]))
+        sim.size_classes.separators = separators
+        sim.prepare()
+        return sim.grains.n_ghost
+
+    several, one = (sum(virtual_ranks(2, program, separators)) for separators in ((0.2,), ()))
+    assert 8 * several < one
+
+
+def test_the_choice_stays_while_little_changes():
+    sim = cloud(np.repeat([0.2, 4.0], [4000, 5]))
+    sim.prepare()
+    choices = []
+    for count, size in ((10, 0.5), (3000, 0.9)):
+        sim.add_grains(np.random.default_rng(2).uniform(0, 40, (count, 3)), size)
+        sim.prepare()
+        choices.append(sim.size_classes.largest.tolist())
+    assert choices[0] == [0.2, 4.0], "ten new grains are no reason"
+    assert choices[1][-1] == 4.0 and choices[1] != [0.2, 4.0], "three thousand are"
+
+
+@pytest.mark.parametrize("separators", [(2.0, 1.0), (0.0,), (-1.0,), (np.nan,), 3.0, "two", [[1.0]], (np.inf,)])
+def test_separators_that_are_none(separators):
+    sim = cloud(np.ones(10))
+    sim.size_classes.separators = separators
+    with pytest.raises(SceneError, match=r"size_classes\.separators = .*ascending positive radii"):
+        sim.prepare()
+
+
+def test_a_typo_is_told_of():
+    with pytest.raises(AttributeError):
+        cloud(np.ones(3)).size_classes.seperators = (1.0,)
+
+
+def test_no_grains_at_all():
+    sim = simulation(bc.Box((0, 0, 0), (1, 1, 1)))
+    sim.run(2)
+    assert sim.size_classes.choice.count.tolist() == [0]

@@ -1,0 +1,68 @@
+"""Small grains among large ones, cut into size classes: the neighbour list against a look at every pair."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from neighbours import SHORTEST, assert_lists_are_right, grids_of, listed_pairs, make, surface_distances
+
+import barchan as bc
+from barchan.parallel import virtual_ranks
+
+pytestmark = pytest.mark.filterwarnings("ignore:step .* overlap by more than")
+
+
+@st.composite
+def crowds(draw):
+    """Many small grains around few large ones, cut into classes: pairs of all kinds, across periods and borders of ranks."""
+    periodic = draw(st.tuples(st.booleans(), st.booleans(), st.booleans()))
+    rng, ratio = np.random.default_rng(draw(st.integers(0, 10**6))), draw(st.sampled_from([3.0, 10.0, 100.0, 1000.0]))
+    radius = np.concatenate([rng.uniform(0.6, 1.0, draw(st.integers(1, 4))), rng.uniform(0.5, 2.0, 150) / ratio])
+    skin = 0.3 / ratio
+    box = bc.Box((0, 0, 0), np.where(periodic, rng.uniform(SHORTEST, 4.0, 3), 3.0) * (2.0 * radius.max() + skin), periodic)
+    position, on = box.low + rng.random((len(radius), 3)) * box.length, rng.integers(0, len(radius) - 150, 150)
+    away = rng.normal(size=(150, 3))
+    away *= ((radius[on] + radius[-150:] + rng.uniform(-0.2, 0.8, 150) / ratio) / np.linalg.norm(away, axis=1))[:, None]
+    position[-150:] = position[on] + away  # at the surfaces of the large ones
+    near, order = rng.integers(0, 75, 75), rng.permutation(len(radius))
+    position[-75:] = position[near - 150] + rng.normal(size=(75, 3)) * 1.2 / ratio  # and near each other
+    position = np.where(periodic, box.wrap(position)[0], np.clip(position, box.low, box.high))
+    separators = [None, (), (0.55,), (1.2 / ratio, 0.55), (1.0 / ratio, 1.5 / ratio, 0.55, 0.8)]
+    frozen = rng.random(len(radius)) < draw(st.sampled_from([0.0, 0.3]))
+    return {
+        "box": box,
+        "skin": skin,
+        "radius": radius[order],
+        "position": position[order],
+        "velocity": np.zeros((len(radius), 3)),
+        "frozen": frozen,
+        "separators": draw(st.sampled_from(separators)),
+        "sparse": draw(st.booleans()),
+    }
+
+
+def look_at_a_crowd(ranks, scene):
+    def program():
+        sim = make(scene)
+        sim.prepare()
+        return listed_pairs(sim)
+
+    gap = surface_distances(scene["box"], scene["position"], scene["radius"])
+    with grids_of(scene):
+        parts = virtual_ranks(ranks, program)
+    assert_lists_are_right(parts, gap, scene["frozen"], scene["skin"])
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+@given(scene=crowds())
+@settings(max_examples=25)
+def test_small_grains_find_large_ones(ranks, scene):
+    look_at_a_crowd(ranks, scene)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("ranks", [1, 2, 3, 5])
+@given(scene=crowds())
+@settings(max_examples=2000)
+def test_small_grains_find_large_ones_in_thousands_of_trials(ranks, scene):
+    look_at_a_crowd(ranks, scene)
