@@ -91,7 +91,7 @@ def test_the_choice_stays_while_little_changes():
     sim.prepare()
     choices = []
     for count, size in ((10, 0.5), (3000, 0.9)):
-        sim.add_grains(np.random.default_rng(2).uniform(0, 40, (count, 3)), size)
+        sim.add_grains(np.random.default_rng(count).uniform(0, 40, (count, 3)), size)
         sim.prepare()
         choices.append(sim.size_classes.largest.tolist())
     assert choices[0] == [0.2, 4.0], "ten new grains are no reason"
