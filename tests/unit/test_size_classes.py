@@ -1,5 +1,7 @@
 """Small grains among large ones, cut into size classes: the neighbour list against a look at every pair."""
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from neighbours import SHORTEST, assert_lists_are_right, grids_of, listed_pairs, make, surface_distances
 
 import barchan as bc
+from barchan.kernels import cells
 from barchan.parallel import virtual_ranks
 
 pytestmark = pytest.mark.filterwarnings("ignore:step .* overlap by more than")
@@ -66,3 +69,23 @@ def test_small_grains_find_large_ones(ranks, scene):
 @settings(max_examples=2000)
 def test_small_grains_find_large_ones_in_thousands_of_trials(ranks, scene):
     look_at_a_crowd(ranks, scene)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_larger_grain_is_found_twice_where_cells_share_places(seed):
+    """Small grains fill all cells of their grid; of larger ones there are so few that theirs is sparse: of the cells that eight
+    small cells in a line look at, two are kept in the same place."""
+    rng, edges = np.random.default_rng(seed), np.array([5.2, 5.2, 2.6])
+    sites = np.stack(np.meshgrid(np.arange(26), np.arange(26), np.arange(13), indexing="ij"), axis=-1).reshape(-1, 3)
+    small = (sites + 0.5) * 0.2 + rng.uniform(-0.02, 0.02, sites.shape)
+    large = rng.random((12, 3)) * edges
+    radius = np.repeat([0.24, 0.1], [len(large), len(small)])
+    scene = {"box": bc.Box((0, 0, 0), edges, (True,) * 3), "skin": 0.02, "radius": radius, "separators": (0.1,)}
+    scene |= {"position": np.concatenate([large, small]), "velocity": np.zeros((len(radius), 3)), "frozen": radius < 0.0}
+    with patch.multiple(cells, DENSE=3, FEWEST=7, SPARSE=8):
+        sim = make(scene)
+        sim.prepare()
+    pairs, _ = listed_pairs(sim)
+    away = np.linalg.norm(scene["box"].difference(scene["position"][None], large[:, None]), axis=2)
+    near = {(i, j) for i, j in np.argwhere(away < radius + 0.24 + 0.02).tolist() if i < j}
+    assert len(pairs) == len(set(pairs)) and {pair for pair in pairs if pair[0] < 12} == near
