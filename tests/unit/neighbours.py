@@ -7,6 +7,7 @@ import numpy as np
 from scenes import NOTHING, simulation
 
 from barchan.kernels import cells
+from barchan.parallel import virtual_ranks
 
 #: Edge of the box in cut-offs: the shortest period that is allowed holds two cells; without a period, fewer will do.
 SHORTEST = 2.0 + 1e-9
@@ -23,7 +24,7 @@ def grids_of(scene):
 def make(scene):
     sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
     sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], 1e9, False
-    sim.size_classes.separators = scene["separators"]
+    sim.size_classes.separators, sim.balance.when = scene["separators"], scene.get("shared anew", "it pays")
     sim.add_grains(
         scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"]
     )
@@ -56,3 +57,17 @@ def assert_lists_are_right(parts, gap, frozen, skin):
         concerned = {(i, j) for i, j in near if i in own or j in own}
         assert concerned <= set(pairs), f"missed: {concerned - set(pairs)}"
         assert set(pairs) <= perhaps, f"too far, or both immobile: {set(pairs) - perhaps}"
+
+
+def assert_its_lists_are_right(ranks, scene):
+    """The same of a scene, on a number of ranks."""
+
+    def program():
+        sim = make(scene)
+        sim.prepare()
+        return listed_pairs(sim)
+
+    gap = surface_distances(scene["box"], scene["position"], scene["radius"])
+    with grids_of(scene):
+        parts = virtual_ranks(ranks, program)
+    assert_lists_are_right(parts, gap, scene["frozen"], scene["skin"])

@@ -90,12 +90,23 @@ def test_the_choice_stays_while_little_changes():
     sim = cloud(np.repeat([0.2, 4.0], [4000, 5]))
     sim.prepare()
     choices = []
-    for count, size in ((10, 0.5), (3000, 0.9)):
+    for count, size in ((10, 0.21), (3000, 1.5)):
         sim.add_grains(np.random.default_rng(count).uniform(0, 40, (count, 3)), size)
         sim.prepare()
         choices.append(sim.size_classes.largest.tolist())
-    assert choices[0] == [0.2, 4.0], "ten new grains are no reason"
-    assert choices[1][-1] == 4.0 and choices[1] != [0.2, 4.0], "three thousand are"
+    assert choices[0] == [0.21, 4.0], "ten new grains are no reason"
+    assert choices[1] == [1.5, 4.0], "three thousand are: not so far from the large ones that three classes pay"
+
+
+def test_cuts_grow_with_the_grains():
+    """As in ``compact``: all radii by a thousandth, again and again."""
+    sim = cloud(np.append(np.geomspace(0.1, 0.4, 4000), np.linspace(3.0, 4.0, 5)))
+    sim.prepare()
+    before = sim.size_classes.choice
+    for _ in range(30):
+        sim.grains.radius *= 1.001
+        sim.prepare()
+    assert len(before.largest) >= 2 and sim.size_classes.choice.count == pytest.approx(before.count, rel=0.1)
 
 
 @pytest.mark.parametrize("separators", [(2.0, 1.0), (0.0,), (-1.0,), (np.nan,), 3.0, "two", [[1.0]], (np.inf,)])

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from neighbours import SHORTEST, assert_lists_are_right, grids_of, listed_pairs, make, surface_distances
+from neighbours import (
+    SHORTEST,
+    assert_its_lists_are_right,
+    assert_lists_are_right,
+    grids_of,
+    listed_pairs,
+    make,
+    surface_distances,
+)
 from scenes import NOTHING, simulation
 
 import barchan as bc
@@ -49,15 +57,7 @@ def scenes(draw):
 @given(scene=scenes())
 @settings(max_examples=60)
 def test_the_list_holds_exactly_the_pairs_within_the_skin(ranks, scene):
-    def program():
-        sim = make(scene)
-        sim.prepare()
-        return listed_pairs(sim)
-
-    gap = surface_distances(scene["box"], scene["position"], scene["radius"])
-    with grids_of(scene):
-        parts = virtual_ranks(ranks, program)
-    assert_lists_are_right(parts, gap, scene["frozen"], scene["skin"])
+    assert_its_lists_are_right(ranks, scene)
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

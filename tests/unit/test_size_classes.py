@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from neighbours import SHORTEST, assert_lists_are_right, grids_of, listed_pairs, make, surface_distances
+from neighbours import SHORTEST, assert_its_lists_are_right, listed_pairs, make
 
 import barchan as bc
 from barchan.kernels import cells
-from barchan.parallel import virtual_ranks
 
 pytestmark = pytest.mark.filterwarnings("ignore:step .* overlap by more than")
 
@@ -41,26 +40,15 @@ def crowds(draw):
         "frozen": frozen,
         "separators": draw(st.sampled_from(separators)),
         "sparse": draw(st.booleans()),
+        "shared anew": draw(st.sampled_from(["it pays", "never"])),
     }
-
-
-def look_at_a_crowd(ranks, scene):
-    def program():
-        sim = make(scene)
-        sim.prepare()
-        return listed_pairs(sim)
-
-    gap = surface_distances(scene["box"], scene["position"], scene["radius"])
-    with grids_of(scene):
-        parts = virtual_ranks(ranks, program)
-    assert_lists_are_right(parts, gap, scene["frozen"], scene["skin"])
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 @given(scene=crowds())
 @settings(max_examples=25)
 def test_small_grains_find_large_ones(ranks, scene):
-    look_at_a_crowd(ranks, scene)
+    assert_its_lists_are_right(ranks, scene)
 
 
 @pytest.mark.validate
@@ -68,7 +56,19 @@ def test_small_grains_find_large_ones(ranks, scene):
 @given(scene=crowds())
 @settings(max_examples=2000)
 def test_small_grains_find_large_ones_in_thousands_of_trials(ranks, scene):
-    look_at_a_crowd(ranks, scene)
+    assert_its_lists_are_right(ranks, scene)
+
+
+@pytest.mark.parametrize("height", [0.95, 1.2])
+def test_a_large_ghost_is_seen_from_both_sides_of_the_period(height):
+    """The part of space of a rank is five eighths of the period. A large grain of another rank touches small ones at both of its
+    ends, of which only one is on the side of the large one's nearest image."""
+    rng = np.random.default_rng(1)
+    radius, box = np.array([1.4, *[0.1] * 2500]), bc.Box((0, 0, 0), (6, 6, 6), (True,) * 3)
+    position = np.concatenate([[[1.0, 1.0, height]], rng.random((2500, 3)) * 6.0])
+    scene = {"box": box, "skin": 0.01, "radius": radius, "position": position, "separators": (0.2,), "sparse": False}
+    scene |= {"velocity": np.zeros(position.shape), "frozen": radius < 0.0, "shared anew": "never"}
+    assert_its_lists_are_right(3, scene)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -6,7 +6,7 @@ deep it lies in the other's part of space; then that ghost looks for larger owne
 
 import numpy as np
 
-from barchan.kernels.cells import HALF, LENGTH, PERIOD, class_of
+from barchan.kernels.cells import FOLD, HALF, LENGTH, PERIOD, SHAPE, class_of
 from barchan.kernels.compiler import helper, kernel
 from barchan.kernels.lanes import LANES, list_near
 from barchan.kernels.larger import ROUNDING, TOGETHER, box_of_cells, list_larger, piece_of_line
@@ -66,16 +66,18 @@ def find_pairs_of_ghosts(number, search, rooms, owned, ghost):
     Returns:
         (pairs, the most larger grains that were listed at a time), even if there was no room for all.
     """
-    grid, n_owned, count, most = search.tables[number], search.start[search.start.shape[0] - 1], 0, 0
+    grid, n_owned, count, most = search.tables[number], int(search.start[search.start.shape[0] - 1]), 0, 0
+    is_sparse = grid[FOLD, 0] < grid[SHAPE, 0] * grid[SHAPE, 1] * grid[SHAPE, 2]
     period = grid[PERIOD, 0], grid[PERIOD, 1], grid[PERIOD, 2]
     larger, places, looked = rooms.larger[0], rooms.places[0], rooms.looked[0]
     over_class = search.first[number + 1]
     for c in range(search.first[number], over_class, TOGETHER):
-        begin, over = search.ghost_start[c], search.ghost_start[min(c + TOGETHER, over_class)]
-        if begin < over:
-            listed = list_larger(number, n_owned + begin, n_owned + over, search, False, rooms.box[0], larger, places)
+        begin, over = search.ghost_start[c] + n_owned, search.ghost_start[min(c + TOGETHER, over_class)] + n_owned
+        for one_of_them in range(begin, over, 1 if is_sparse else max(over - begin, 1)):
+            last = one_of_them + 1 if is_sparse else over  # in a sparse grid they are anywhere
+            listed = list_larger(number, one_of_them, last, search, False, rooms.box[0], larger, places)
             most, listed = max(most, listed), np.uint64(min(listed, places.shape[0]))
-            for i in range(n_owned + begin, n_owned + over):
+            for i in range(one_of_them, last):
                 at = search.seen[0, i], search.seen[1, i], search.seen[2, i], search.seen[3, i] + search.reach
                 one = np.uint64(0)
                 while one < listed:

@@ -26,7 +26,7 @@ class Grid(NamedTuple):
     wide, and ``n_cells``. A grain is binned at its image nearest to the centre.
 
     Where cells would outnumber grains by far, most of them empty, the grid is sparse: cell c is kept in place c modulo
-    ``n_cells``, with others that are far away. Neighbours in a line still follow on one another.
+    ``n_cells``, with others that are far away.
     """
 
     table: np.ndarray
@@ -71,8 +71,9 @@ def make_grid(low, high, cell, count, frame):
     inverse = shape / np.maximum(extent, cell)
     frame_rows = (wraps, frame.length, frame.half, 2.0 * frame.half)
     n_cells, strip = int(np.prod(shape)), max(4.0, np.round(LAYER / shape[0]))
-    if n_cells > max(DENSE * count, FEWEST):
-        n_cells, strip = _places(shape, max(SPARSE * count, FEWEST)), shape[1]
+    places = _places(shape, max(SPARSE * count, FEWEST)) if n_cells > max(DENSE * count, FEWEST) else n_cells
+    if places < n_cells:
+        n_cells, strip = places, shape[1]
     table = np.array([0.5 * (low + high), 0.5 * extent, inverse, shape, *frame_rows, np.full(3, strip), np.full(3, n_cells)])
     return Grid(table, n_cells)
 

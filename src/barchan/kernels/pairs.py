@@ -242,7 +242,8 @@ def inner_first(first, second, offsets, one, other):
     room.
 
     Args:
-        offsets: (2, owned + 1) where the pairs begin that each grain found, in line 0; modified: those of both kinds.
+        offsets: (2 or more, owned + 1) where the pairs begin that each grain found, in line 0; modified: those of both kinds, in
+            lines 0 and 1.
 
     Returns:
         How many there are of two owned grains.

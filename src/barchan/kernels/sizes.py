@@ -1,6 +1,7 @@
 """How many grains there are of which size."""
 
 from barchan.kernels.compiler import kernel
+from barchan.kernels.history import row_of
 
 
 @kernel()
@@ -14,12 +15,6 @@ def count_sizes(place, edges, largest, count):
     """
     largest[:], count[:] = 0.0, 0
     for i in range(place.shape[0]):
-        radius, begin, end = place[i, 3], 0, edges.shape[0]
-        while begin < end:
-            middle = (begin + end) >> 1
-            if edges[middle] < radius:
-                begin = middle + 1
-            else:
-                end = middle
-        largest[begin] = max(largest[begin], radius)
-        count[begin] += 1
+        k = row_of(place[i, 3], 0, edges.shape[0], edges)
+        largest[k] = max(largest[k], place[i, 3])
+        count[k] += 1

@@ -22,8 +22,8 @@ BINS = 32
 #: Ratio of the largest radius to the smallest up to which one class is best whatever the model says of it.
 NARROW = 1.5
 
-#: Relative change of what the model is asked, up to which the cuts stay where they are.
-SLIGHT = 0.2
+#: Cuts stay where they are until a search takes each grain so much longer by the model, or grains are twice as many, or half.
+SLIGHT = 1.2
 
 #: What a search costs, nanoseconds: of a grain by itself; of a line of cells that it looks at; of eight grains there; of eight
 #: larger grains that were listed; of a list of larger grains, of a line of cells that it is made from, and of a grain there; of a
@@ -84,11 +84,13 @@ def survey(comm, box, place, separators=()):
 class Choice(NamedTuple):
     """Size classes.
 
-    ``largest``: (classes,) radius of the largest grain of each, ascending [length]. ``count``: (classes,) grains in each.
-    ``per_cell``: (classes,) mean number of them in a cell. ``seconds``: what a search by one core is predicted to take.
+    ``largest``: (classes,) radius of the largest grain of each, ascending [length]. ``cuts``: (classes - 1,) radii between one
+    and the next. ``count``: (classes,) grains in each. ``per_cell``: (classes,) mean number of them in a cell. ``seconds``: what
+    a search by one core is predicted to take.
     """
 
     largest: np.ndarray
+    cuts: np.ndarray
     count: np.ndarray
     per_cell: np.ndarray
     seconds: float
@@ -125,20 +127,20 @@ class SizeClasses:
 
     Attributes to set at any time between runs:
         separators: radii [length]: grains up to the first are a class, those above it up to the second another, and so on; ()
-            makes one class of all. None: those that cost least are chosen from the radii, anew whenever grains come, go or grow.
+            makes one class of all. None: those that cost least are chosen from the radii, anew when they have become too dear.
 
     Attributes to read:
         choice: the ``Choice`` of now; None before the first.
         ghosts: (classes,) ghosts in each on this rank: grains of other ranks; periodic images are none.
-        seconds: what the last search took here, on all threads.
+        seconds: what the last list took here, on all threads.
 
     As text, they tell all of this.
     """
 
-    __slots__ = ("_asked", "choice", "ghosts", "seconds", "separators")
+    __slots__ = ("_chosen", "choice", "ghosts", "seconds", "separators")
 
     def __init__(self):
-        self.separators, self.choice, self.ghosts, self.seconds, self._asked = None, None, None, None, ()
+        self.separators, self.choice, self.ghosts, self.seconds, self._chosen = None, None, None, None, None
 
     def __str__(self):
         if self.choice is None:
@@ -156,18 +158,23 @@ class SizeClasses:
 
     def suit(self, sizes, reach):
         """Choose for the ``Sizes`` that there are now, where surfaces up to ``reach`` apart are neighbours [length]."""
-        cuts, asked = self.checked(), ()
-        if cuts is None and len(sizes.largest):
-            asked = (*sizes.largest[[0, -1]], sizes.count.sum(), sizes.volume, reach)
-        if not asked:
-            self.choice = divide(sizes, reach, () if cuts is None else cuts)
-        elif self._asked and np.allclose(asked, self._asked, rtol=SLIGHT, atol=0.0):
-            self.choice, asked = divide(sizes, reach, self.largest[:-1]), self._asked
-        elif asked[1] <= NARROW * asked[0]:
-            self.choice = divide(sizes, reach, ())
-        else:
-            self.choice = choose(sizes, reach)
-        self._asked = asked
+        separators = self.checked()
+        if separators is not None:
+            self.choice, self._chosen = divide(sizes, reach, separators), None
+            return
+        if self._chosen is not None:  # grains that grow take the cuts along
+            kept = divide(sizes, reach, self.choice.cuts * (sizes.widest / self.largest[-1]))
+            if self._is_still_good(kept):
+                self.choice = kept
+                return
+        alike = not len(sizes.largest) or sizes.widest <= NARROW * sizes.largest[0]
+        self.choice = divide(sizes, reach, ()) if alike else choose(sizes, reach)
+        self._chosen = self.choice if sizes.widest > 0.0 else None
+
+    def _is_still_good(self, kept):
+        """Whether cuts that were chosen once would do for the grains of now."""
+        now, then = kept.count.sum(), self._chosen.count.sum()
+        return 0.5 * then <= now <= 2.0 * then and kept.seconds * then <= SLIGHT * self._chosen.seconds * now
 
     def note(self, seconds, ghost_radius):
         """Note what a search took, and the radii of the ghosts that it saw (k,) [length]."""
@@ -221,7 +228,8 @@ class _Model:
         largest = np.array([self._widest(one) for one in classes])
         count = np.array([self._count(*one) for one in classes])
         per_cell = np.array([self._per_cell(*one)[1] for one in classes])
-        return Choice(largest, count, per_cell, 1e-9 * self.cost(cuts))
+        between = np.array([np.sqrt(self.sizes.largest[cut - 1] * self.sizes.largest[cut]) for cut in cuts])
+        return Choice(largest, between, count, per_cell, 1e-9 * self.cost(cuts))
 
     def _classes(self, cuts):
         return list(zip([0, *cuts], [*cuts, max(len(self.sizes.largest), 1)]))

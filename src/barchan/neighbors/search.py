@@ -94,7 +94,7 @@ class PairSearch:
         owned, ghost = owned[matters], ghost[matters]
         order = np.argsort(owned, kind="stable")
         owned, ghost = owned[order], ghost[order]
-        offsets[:] = len(first) + np.searchsorted(owned, np.arange(len(offsets)))
+        offsets[0], offsets[1:] = len(first), len(first) + np.cumsum(np.bincount(owned, minlength=len(offsets) - 1))
         in_order, count = search.ids[owned] < search.ids[ghost], len(first) + len(owned)
         one, other = (self._store(name, np.uint32, count, keep=True) for name in ("first", "second"))
         one[len(first) : count] = np.where(in_order, owned, ghost)

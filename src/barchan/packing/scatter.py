@@ -20,7 +20,7 @@ from barchan.walls import Plane
 
 #: How much larger grains are while they are pushed apart, since the last overlaps fade away and never end; and up to which
 #: overlap, relative to the smaller diameter, the true ones overlap neither each other nor a wall.
-MARGIN, APART = 0.01, 0.005
+MARGIN, APART = 0.01, 0.0049
 
 #: Stiffness of a contact relative to its effective mass, and what of a velocity is lost in each step: quick, far from unstable.
 STIFFNESS, LOST = 0.1, 0.4
@@ -79,7 +79,7 @@ def scatter(box, radius, seed=0, most=20_000):
             )
     filled = float((4.0 / 3.0 * np.pi * radius**3).sum() / np.prod(box.length))
     raise RunError(
-        f"scatter: after {most} steps grains still overlap by up to {overlap - APART:.2g} of the smaller diameter; their solid "
+        f"scatter: after {most} steps grains still overlap by up to {overlap:.2g} of the smaller diameter; their solid "
         f"fraction is {filled:.3g}. Take fewer, or a larger box, and compact the sample; or allow more steps"
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from barchan.kernels.border import find_touching
 from barchan.neighbors.rows import ContactRows
-from barchan.parallel.mapping import Mapping
+from barchan.parallel.mapping import Mapping, by_rank
 from barchan.parallel.migrate import move_rows
 from barchan.parallel.wire import Lines
 
@@ -63,8 +63,9 @@ class Ghosts:
             if found <= room:
                 break
             room = found
-        rows, to = rows[:found], to[:found]
-        return {rank: np.union1d(sends.get(rank, rows[:0]), rows[to == rank]) for rank in sorted({*sends, *to.tolist()})}
+        touching = {rank: rows[some] for rank, some in by_rank(to[:found]).items()}
+        nothing = rows[:0]
+        return {r: np.union1d(sends.get(r, nothing), touching.get(r, nothing)) for r in sorted({*sends, *touching})}
 
     def join_rows(self, rows):
         """``ContactRows`` of the grains, and then those of their ghosts: a contact may be known to the other grain alone. All
