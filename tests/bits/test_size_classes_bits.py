@@ -5,6 +5,7 @@ Small grains lie deep in other ranks' parts of space beside large ones that thes
 """
 
 import warnings
+from functools import lru_cache
 from unittest.mock import patch
 
 import numpy as np
@@ -61,17 +62,10 @@ def final_state(law=bc.laws.hertz_mindlin, cuts=(), threads=1, also_when=None, s
     return collect(sim)
 
 
-@pytest.fixture(scope="module")
-def plain():
-    """Law -> its final state with one class, on one thread and rank."""
-    known = {}
-
-    def of(law):
-        if law.name not in known:
-            known[law.name] = final_state(law)
-        return known[law.name]
-
-    return of
+@lru_cache
+def plain(law):
+    """Its final state with one class, on one thread and rank."""
+    return final_state(law)
 
 
 def test_the_state_is_worth_testing():
@@ -99,25 +93,25 @@ def test_the_state_is_worth_testing():
 @pytest.mark.parametrize("law", [bc.laws.hertz_mindlin, bc.laws.jkr], ids=lambda law: law.name)
 @pytest.mark.parametrize("cuts", ["two", "three", "chosen", "some empty"])
 @pytest.mark.parametrize(("threads", "ranks"), [(1, 1), (2, 2), (1, 3)], ids=str)
-def test_classes_threads_and_ranks_change_no_bit(law, cuts, threads, ranks, plain):
+def test_classes_threads_and_ranks_change_no_bit(law, cuts, threads, ranks):
     found = virtual_ranks(ranks, final_state, law, CUTS[cuts], threads, lambda step: step % 7 == 3)
     assert differences(plain(law), found[-1]) == []
 
 
 @pytest.mark.parametrize("ranks", [1, 3])
-def test_sparse_grids_change_no_bit(ranks, plain):
+def test_sparse_grids_change_no_bit(ranks):
     with patch.multiple(cells, DENSE=0, FEWEST=7, SPARSE=1):
         found = virtual_ranks(ranks, final_state, bc.laws.hertz_mindlin, CUTS["three"])
     assert differences(plain(bc.laws.hertz_mindlin), found[-1]) == []
 
 
-def test_sharing_space_anew_changes_no_bit(plain):
+def test_sharing_space_anew_changes_no_bit():
     found = virtual_ranks(3, final_state, bc.laws.hertz_mindlin, CUTS["three"], 1, lambda step: step % 5 == 2, lambda step: True)
     assert differences(plain(bc.laws.hertz_mindlin), found[-1]) == []
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_other_classes_after_a_stop_change_no_bit(ranks, plain, tmp_path):
+def test_other_classes_after_a_stop_change_no_bit(ranks, tmp_path):
     """Classes are no part of the state: a checkpoint of one choice goes on with another, and so does a run."""
 
     def program():

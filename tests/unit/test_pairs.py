@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from neighbours import (
     SHORTEST,
     assert_its_lists_are_right,
-    assert_lists_are_right,
     grids_of,
     listed_pairs,
     make,
@@ -75,16 +74,7 @@ def test_no_pair_is_missed_across_the_end_of_a_period(edge, axis, ranks, monkeyp
         scene = {"box": bc.Box((0, 0, 0), edges * (1.0 + skin), (True, True, True)), "skin": skin, "radius": np.full(count, 0.5)}
         scene |= {"position": rng.random((count, 3)) * scene["box"].length, "velocity": np.zeros((count, 3))}
         scene |= {"frozen": np.zeros(count, dtype=bool), "separators": None, "sparse": seed > 1}
-
-        def program(scene=scene):
-            sim = make(scene)
-            sim.prepare()
-            return listed_pairs(sim)
-
-        gap = surface_distances(scene["box"], scene["position"], scene["radius"])
-        with grids_of(scene):
-            parts = virtual_ranks(ranks, program)
-        assert_lists_are_right(parts, gap, scene["frozen"], skin)
+        assert_its_lists_are_right(ranks, scene)
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])

@@ -61,10 +61,11 @@ def test_too_many_grains_are_told_of():
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ({"radius": [1.0, -1.0]}, "above 0"),
-        ({"radius": []}, "above 0"),
+        ({"radius": [1.0, -1.0]}, r"radius\[1\] = -1 .*above 0"),
+        ({"radius": []}, r"shape \(0,\)"),
+        ({"radius": [1.0], "box": (10, 10, 10)}, "must be a barchan.Box"),
         ({"radius": [[1.0]]}, r"shape \(1, 1\)"),
-        ({"radius": [1.0, np.nan]}, "above 0"),
+        ({"radius": [1.0, np.nan]}, r"radius\[1\] = nan"),
         ({"radius": [6.0]}, "radius 6 does not fit"),
         ({"radius": [1.0], "seed": -1}, "seed"),
         ({"radius": [1.0], "most": 0}, "most"),
@@ -72,4 +73,4 @@ def test_too_many_grains_are_told_of():
 )
 def test_bad_arguments_are_refused(arguments, told):
     with pytest.raises(SceneError, match=told):
-        scatter(bc.Box((0, 0, 0), (10, 10, 10)), **arguments)
+        scatter(**({"box": bc.Box((0, 0, 0), (10, 10, 10))} | arguments))

@@ -6,10 +6,10 @@ deep it lies in the other's part of space; then that ghost looks for larger owne
 
 import numpy as np
 
-from barchan.kernels.cells import FOLD, HALF, LENGTH, PERIOD, SHAPE, class_of
+from barchan.kernels.cells import PERIOD, class_of, is_sparse
 from barchan.kernels.compiler import helper, kernel
 from barchan.kernels.lanes import LANES, list_near
-from barchan.kernels.larger import ROUNDING, TOGETHER, box_of_cells, list_larger, piece_of_line
+from barchan.kernels.larger import ROUNDING, TOGETHER, box_of_cells, list_larger, nearest, piece_of_line
 
 
 @helper
@@ -17,9 +17,7 @@ def _square_between(a, i, b, j, grid):
     """Square of the distance of two places, over the nearest periodic image."""
     square = 0.0
     for c in range(3):
-        d = abs(a[i, c] - b[j, c])
-        if d > grid[HALF, c]:
-            d = abs(grid[LENGTH, c] - d)
+        d = nearest(a[i, c] - b[j, c], c, grid)
         square += d * d
     return square
 
@@ -67,14 +65,14 @@ def find_pairs_of_ghosts(number, search, rooms, owned, ghost):
         (pairs, the most larger grains that were listed at a time), even if there was no room for all.
     """
     grid, n_owned, count, most = search.tables[number], int(search.start[search.start.shape[0] - 1]), 0, 0
-    is_sparse = grid[FOLD, 0] < grid[SHAPE, 0] * grid[SHAPE, 1] * grid[SHAPE, 2]
     period = grid[PERIOD, 0], grid[PERIOD, 1], grid[PERIOD, 2]
     larger, places, looked = rooms.larger[0], rooms.places[0], rooms.looked[0]
     over_class = search.first[number + 1]
     for c in range(search.first[number], over_class, TOGETHER):
         begin, over = search.ghost_start[c] + n_owned, search.ghost_start[min(c + TOGETHER, over_class)] + n_owned
-        for one_of_them in range(begin, over, 1 if is_sparse else max(over - begin, 1)):
-            last = one_of_them + 1 if is_sparse else over  # in a sparse grid they are anywhere
+        together = 1 if is_sparse(grid) else max(over - begin, 1)  # in a sparse grid they are anywhere
+        for one_of_them in range(begin, over, together):
+            last = one_of_them + together
             listed = list_larger(number, one_of_them, last, search, False, rooms.box[0], larger, places)
             most, listed = max(most, listed), np.uint64(min(listed, places.shape[0]))
             for i in range(one_of_them, last):

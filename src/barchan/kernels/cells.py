@@ -128,6 +128,12 @@ def class_of(radius, largest):
 
 
 @helper
+def is_sparse(grid):
+    """Whether cells share places."""
+    return grid[FOLD, 0] < grid[SHAPE, 0] * grid[SHAPE, 1] * grid[SHAPE, 2]
+
+
+@helper
 def cell_place(cell, grid):
     """Where a cell is kept, among those of its grid."""
     n_cells = int(grid[FOLD, 0])

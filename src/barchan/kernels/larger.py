@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from barchan.kernels.cells import CENTRE, FOLD, HALF, INVERSE, LENGTH, REACH, SHAPE, WRAPS, cell_place, line_number
+from barchan.kernels.cells import CENTRE, FOLD, HALF, INVERSE, LENGTH, REACH, SHAPE, WRAPS, cell_place, is_sparse, line_number
 from barchan.kernels.compiler import helper, subroutine
 
 #: Cells in a line whose grains look for larger ones together.
@@ -109,7 +109,7 @@ def piece_of_line(k, done, cells, grid):
 @helper
 def append_near(begin, over, box, search, grid, larger, places, count):
     """Append those of the places ``begin`` to ``over`` that may touch a box's grains, unless they stand there."""
-    is_sparse = grid[FOLD, 0] < grid[SHAPE, 0] * grid[SHAPE, 1] * grid[SHAPE, 2]
+    shared = is_sparse(grid)
     for place in range(begin, over):
         square = 0.0
         for c in range(3):
@@ -117,7 +117,7 @@ def append_near(begin, over, box, search, grid, larger, places, count):
             square += d * d
         far = (search.seen[3, place] + box[6] + search.reach) * (1.0 + ROUNDING)
         is_new = square < far * far
-        if is_new and is_sparse:  # whose places several lines may share
+        if is_new and shared:  # then several lines may have led here
             for k in range(min(count, places.shape[0])):
                 is_new &= places[k] != place
         if is_new:

@@ -17,6 +17,7 @@ from barchan.parallel.comm import Serial
 from barchan.preflight import check_count
 from barchan.simulation import Simulation
 from barchan.walls import Plane
+from barchan.words import shown
 
 #: How much larger grains are while they are pushed apart, since the last overlaps fade away and never end; and up to which
 #: overlap, relative to the smaller diameter, the true ones overlap neither each other nor a wall.
@@ -64,8 +65,13 @@ def scatter(box, radius, seed=0, most=20_000):
     radius = as_numbers("scatter: radius", radius, "length")
     check_count("scatter: seed", seed, least=0)
     check_count("scatter: most", most, least=1)
-    if radius.ndim != 1 or not len(radius) or not (np.isfinite(radius) & (radius > 0.0)).all():
-        raise SceneError(f"scatter: radius has shape {radius.shape}; give one finite number above 0 [length] for each grain")
+    if not isinstance(box, Box):
+        raise SceneError(f"scatter: box = {shown(box)} must be a barchan.Box")
+    if radius.ndim != 1 or not len(radius):
+        raise SceneError(f"scatter: radius has shape {radius.shape}; give one number [length] for each grain, one at least")
+    bad = np.flatnonzero(~(np.isfinite(radius) & (radius > 0.0)))
+    if len(bad):
+        raise SceneError(f"scatter: radius[{bad[0]}] = {radius[bad[0]]:g} [length] must be a finite number above 0")
     sim = _cloud(box, radius, np.random.default_rng(seed))
     while sim.step_number < most:
         with warnings.catch_warnings():
@@ -73,10 +79,8 @@ def scatter(box, radius, seed=0, most=20_000):
             sim.run(LOOK)
         overlap = ContactStatistics().compute(sim).largest_overlap
         if overlap <= APART:
-            count = len(radius)
-            return Packing(
-                sim.grains.sorted_by_id("position"), radius, np.zeros(count, dtype=np.int64), np.zeros((count, 3)), box
-            )
+            at_rest = np.zeros((len(radius), 3))
+            return Packing(sim.grains.sorted_by_id("position"), radius, at_rest[:, 0].astype(np.int64), at_rest, box)
     filled = float((4.0 / 3.0 * np.pi * radius**3).sum() / np.prod(box.length))
     raise RunError(
         f"scatter: after {most} steps grains still overlap by up to {overlap:.2g} of the smaller diameter; their solid "
