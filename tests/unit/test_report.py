@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 from scenes import simulation
 
+import barchan as bc
 from barchan import record
 from barchan.experiments import summary
 from barchan.experiments.experiment import Check, Results
@@ -191,8 +192,19 @@ def test_sittings_of_a_resumed_run_add_up(tmp_path):
     text = "\n".join(record.lines(path))
     assert "4,000 steps in 100.0 s on 1 thread(s), 3 sitting(s)" in text
     assert "20 rebuilds, every 40.0 steps on average, shortest 5; equation (13) allows 4.5 steps" in text
+    assert "size classes" not in text, "of a run that told of none"
     record.add(path, sitting(4000, 5000, 60.0, processes=4))
     assert "5,000 steps in 160.0 s on 4 processes of 2 thread(s), 4 sitting(s)" in "\n".join(record.lines(path))
+
+
+def test_a_run_tells_of_the_size_classes_of_its_last_sitting(tmp_path):
+    path, sim = tmp_path / "record.json", simulation(bc.Box((0, 0, 0), (9, 9, 9)))
+    sim.add_grains([[3.0, 3.0, 3.0], [6.0, 6.0, 6.0]], [0.5, 1.0])
+    sim.prepare()
+    record.add(path, sitting(0, 1000, 30.0, size_classes="2 (chosen)"))
+    record.add(path, record.Sitting(sim).account(sim))
+    told = record.lines(path)[-1]
+    assert told.startswith("size classes: 1 (chosen): up to radius 1: 2 grains, ") and "a search takes one core" in told
 
 
 def test_the_summary_tells_checks_that_passed_from_those_that_failed(tmp_path):
