@@ -6,7 +6,6 @@ n-1/2.
 
 import warnings
 from math import sqrt
-from time import perf_counter
 
 import numpy as np
 
@@ -140,9 +139,8 @@ class Simulation(Assembly):
         grids = grids_around(self.grains, self.topology.bounds(self.comm.rank), self.box, self.size_classes.largest, scope.reach)
         start, order = self._sort_in_space(grids)
         self.ghosts.build(self.grains, self.topology, grids, start, scope.reach)
-        begin = perf_counter()
         self.contacts.build(self.grains, self.walls, grids, start, scope.reach)
-        self.size_classes.note(perf_counter() - begin, self.grains.view("radius", ghosts=True)[self.grains.n :])
+        self.size_classes.note(self.contacts.search.seconds, self.grains.view("radius", ghosts=True)[self.grains.n :])
         rows = rows.take(order)
         self.contacts.carry_over(known, origin[order], rows if self._listed else self.ghosts.join_rows(rows))
         self.staleness.remember(self.step_number)

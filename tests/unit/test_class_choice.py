@@ -10,14 +10,14 @@ from scenes import NOTHING, simulation
 import barchan as bc
 from barchan.errors import SceneError
 from barchan.neighbors import classes
-from barchan.neighbors.classes import Sizes, choose, divide
+from barchan.neighbors.classes import Survey, choose, divide
 from barchan.parallel import virtual_ranks
 
 
 def sizes_of(*bins, filled=0.5):
     """Radii and numbers of grains, in a volume of which they fill a part."""
     largest, count = np.array(bins, dtype=float).T
-    return Sizes(largest, count.astype(int), float((4.0 / 3.0 * np.pi * largest**3 * count).sum() / filled))
+    return Survey(largest, count.astype(int), float((4.0 / 3.0 * np.pi * largest**3 * count).sum() / filled))
 
 
 def cloud(radius, edge=40.0):
@@ -50,7 +50,7 @@ def test_more_classes_only_where_they_pay():
 
 
 def test_the_model_counts_grains_in_a_cell():
-    sizes = Sizes(np.array([1.0, 5.0]), np.array([8000, 10]), 40.0**3)
+    sizes = Survey(np.array([1.0, 5.0]), np.array([8000, 10]), 40.0**3)
     per_cell = divide(sizes, 0.5, (1.0,)).per_cell
     assert per_cell == pytest.approx([8000 * 2.5**3 / 40.0**3, 10 * 10.5**3 / 40.0**3])
 

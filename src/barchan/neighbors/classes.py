@@ -25,9 +25,9 @@ NARROW = 1.5
 #: Cuts stay where they are until a search takes each grain so much longer by the model, or grains are twice as many, or half.
 SLIGHT = 1.2
 
-#: What a search costs, nanoseconds: of a grain by itself; of a line of cells that it looks at; of eight grains there; of eight
-#: larger grains that were listed; of a list of larger grains, of a line of cells that it is made from, and of a grain there; of a
-#: cell, empty or not; of a grain that finds its way in a sparse grid; of a class.
+#: What a search costs, estimated nanoseconds: of a grain by itself; of a line of cells that it looks at; of eight grains there;
+#: of eight larger grains that were listed; of a list of larger grains, of a line of cells that it is made from, and of a grain
+#: there; of a cell, empty or not; of a grain that finds its way in a sparse grid; of a class.
 GRAIN, LINE, EIGHT, LISTED, LIST, LIST_LINE, LIST_GRAIN = 40.0, 2.0, 4.0, 4.0, 60.0, 6.0, 3.0
 CELL, SPARSELY, CLASS = 1.5, 150.0, 4e4
 
@@ -35,7 +35,7 @@ CELL, SPARSELY, CLASS = 1.5, 150.0, 4e4
 LINES = 5.0
 
 
-class Sizes(NamedTuple):
+class Survey(NamedTuple):
     """The radii of all grains on all ranks.
 
     ``largest``: (k,) largest radius in each bin that holds any, ascending [length]. ``count``: (k,) grains in it. ``volume``: of
@@ -60,7 +60,7 @@ class Sizes(NamedTuple):
 
 
 def survey(comm, box, place, separators=()):
-    """``Sizes`` of all grains. All ranks must call this.
+    """``Survey`` of all grains. All ranks must call this.
 
     Args:
         place: (n, 4) positions and radii of this rank's grains [length].
@@ -70,15 +70,15 @@ def survey(comm, box, place, separators=()):
     low, high = [*edges[::2], place[:, 3].min(initial=np.inf)], [*edges[1::2], widest if len(place) else -np.inf]
     low, high = np.split(comm.maximum([*np.negative(low), *high]), [4])
     if high[3] < 0.0:  # there are none
-        return Sizes(np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)
+        return Survey(np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)
     low, extent = -low, np.where(box.periodic, box.length, np.maximum(high[:3] + low[:3], 2.0 * high[3]))
     if high[3] == low[3]:
-        return Sizes(high[3:], comm.sum([len(place)]), float(np.prod(extent)))
+        return Survey(high[3:], comm.sum([len(place)]), float(np.prod(extent)))
     edges = np.union1d(np.geomspace(low[3], high[3], BINS + 1)[1:-1], separators)
     largest, count = np.empty(len(edges) + 1), np.empty(len(edges) + 1, dtype=np.int64)
     count_sizes(place, edges, largest, count)
     largest, count = comm.maximum(largest), comm.sum(count)
-    return Sizes(largest[count > 0], count[count > 0], float(np.prod(extent)))
+    return Survey(largest[count > 0], count[count > 0], float(np.prod(extent)))
 
 
 class Choice(NamedTuple):
@@ -132,7 +132,7 @@ class SizeClasses:
     Attributes to read:
         choice: the ``Choice`` of now; None before the first.
         ghosts: (classes,) ghosts in each on this rank: grains of other ranks; periodic images are none.
-        seconds: what the last list took here, on all threads.
+        seconds: what the last search took here, on all threads.
 
     As text, they tell all of this.
     """
@@ -157,7 +157,7 @@ class SizeClasses:
         return f"{len(parts)} ({chosen}): {'; '.join(parts)}; {predicted}{measured}"
 
     def suit(self, sizes, reach):
-        """Choose for the ``Sizes`` that there are now, where surfaces up to ``reach`` apart are neighbours [length]."""
+        """Choose for the ``Survey`` that there are now, where surfaces up to ``reach`` apart are neighbours [length]."""
         separators = self.checked()
         if separators is not None:
             self.choice, self._chosen = divide(sizes, reach, separators), None

@@ -83,6 +83,7 @@ class Contacts:
             first (``kernels/template.py``); column 0 holds zeros.
         surface: (11, wall contacts) geometry of wall contacts at this step.
         computed: True once ``out`` and ``surface`` belong to this list.
+        search: the ``PairSearch`` that finds the pairs.
     """
 
     def __init__(self, law):
@@ -100,7 +101,7 @@ class Contacts:
         self._n_inner, self._fresh_at_walls, self.computed = 0, np.zeros((law.history_width, 0)), False
         self._ids = np.zeros(0, dtype=np.int64)
         self.wall_ranges, self._lists = [], memory.Store()
-        self._search = PairSearch(self._lists)
+        self.search = PairSearch(self._lists)
 
     @property
     def n_pairs(self):
@@ -158,7 +159,7 @@ class Contacts:
     def build(self, grains, walls, grids, start, reach):
         """Find all pairs and wall contacts whose surfaces are closer than ``reach`` [length]. Owned rows are in the order
         of the grids' cells, of which ``start`` tells where they begin. ``carry_over`` has to follow."""
-        self.first, self.second, self._n_inner, self._offsets, self.seen = self._search.find(grains, grids, start, reach)
+        self.first, self.second, self._n_inner, self._offsets, self.seen = self.search.find(grains, grids, start, reach)
         self._build_wall_contacts(grains, walls, reach)
         self._ids = grains.view("id", ghosts=True)
         self.start, self.touched = np.empty(grains.n + 1, dtype=np.uint32), np.zeros(grains.n, dtype=np.uint32)

@@ -14,7 +14,7 @@ class Scope:
     Attributes:
         skin: how far two surfaces may approach before it is made anew [length].
         law_reach: how far apart the surfaces of a contact may be [length].
-        sizes: ``Sizes`` of all grains.
+        sizes: ``Survey`` of all grains.
     """
 
     def __init__(self):

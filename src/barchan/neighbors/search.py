@@ -1,5 +1,6 @@
 """The search for pairs: class by class, in rooms that grow until all pairs fit."""
 
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -32,10 +33,13 @@ class PairSearch:
 
     Args:
         store: gives arrays that are kept from rebuild to rebuild.
+
+    Attributes:
+        seconds: what the last search took.
     """
 
     def __init__(self, store):
-        self._store, self._pairs_per_grain, self._listed = store, 4.0, 64
+        self._store, self._pairs_per_grain, self._listed, self.seconds = store, 4.0, 64, 0.0
 
     def find(self, grains, grids, start, reach):
         """The pairs whose surfaces are closer than ``reach`` [length], as ``Pairs``.
@@ -43,7 +47,7 @@ class PairSearch:
         Args:
             grids: ``Grids``; owned rows are in the order of their cells, of which ``start`` tells where they begin.
         """
-        place, frozen = grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
+        began, place, frozen = perf_counter(), grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
         ghosts = cells.sorted_cells(place, grains.n, grains.n_ghost, grids)
         seen = grains.working_room(4 * (len(place) + LANES)).reshape(4, -1)
         kernels.see_places(place, ghosts[1], seen)
@@ -59,6 +63,7 @@ class PairSearch:
             n_inner = int(kernels.inner_first(first, second, offsets, *np.empty((2, len(first)), np.uint32)))
         if len(offsets) == 3:
             first, second = self._with_smaller_ghosts(search, first, second, offsets[2])
+        self.seconds = perf_counter() - began
         return Pairs(first, second, n_inner, offsets, seen)
 
     def _all_classes(self, search, counts):
