@@ -144,6 +144,17 @@ def test_work_of_what_moves_as_told(squeeze):
     assert found.walls > 1e-5 and abs(found.residual) < 1e-3 * found.largest
 
 
+def test_a_frozen_grain_that_rises_costs_gravity_nothing():
+    """It moves as it is told, and touches nobody."""
+    sim = scene(bc.laws.linear, 1e-3, (0.0, 0.0, -2.0), kn=1e3, kt=1e3, friction=0.0)
+    sim.add_grains([(0, 0, 0), (3, 0, 0)], 0.5, velocity=[(0, 0, 1), (0, 0, 0)], frozen=[True, False])
+    sim.run(500)
+    found, fallen = account(sim), -sim.grains.sorted_by_id("position")[1, 2]
+    assert sim.grains.sorted_by_id("position")[0, 2] == pytest.approx(0.5)
+    assert found.gravity == pytest.approx(2.0 * MASS * fallen, rel=1e-2) and found.walls == 0.0
+    assert abs(found.residual) < 1e-12 * found.gravity
+
+
 def one_grain():
     sim = scene(bc.laws.linear, 1e-3, kn=1e3, kt=1e3, friction=0.0)
     sim.add_grains([(0, 0, 0)], 0.5)

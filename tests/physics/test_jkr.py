@@ -11,6 +11,7 @@ from barchan.checkpoint import collect, restore, save
 from barchan.compare import differences
 from barchan.errors import LawError
 from barchan.laws.jkr import reach, root_of_contact_radius
+from barchan.measure import EnergyAccount
 from barchan.parallel import virtual_ranks
 
 RADII, DENSITY, MODULUS, POISSON, FRICTION, WORK, DT = (0.3, 0.5), 1.0, 1e5, 0.3, 0.4, 50.0, 1e-4
@@ -214,19 +215,35 @@ def rebound(work, speed, restitution, dt=DT):
     return (run.get("velocity") - run.get("velocity", "second"))[0, 0] / speed
 
 
+def work_of_parting():
+    """What is drawn out between overlap 0 and the end of a contact."""
+    apart = np.linspace(-end(RADIUS_EFF), 0.0, 2001)
+    return -float(np.trapezoid([force_at(d, RADIUS_EFF) for d in apart], apart))
+
+
 def test_an_elastic_impact_loses_the_work_of_parting():
     """What is drawn out between overlap 0 and the end, since a contact begins at 0 and ends beyond it. (Johnson & Pollock, J.
     Adhes. Sci. Technol. 8, 1323, 1994, have 7.09 (w^5 R*^4 / E*^2)^(1/3) with their jump.)"""
     mass = [4.0 / 3.0 * pi * r**3 * DENSITY for r in RADII]
     mass_eff, speed = mass[0] * mass[1] / sum(mass), 4.0
-    apart = np.linspace(-end(RADIUS_EFF), 0.0, 2001)
-    lost = -float(np.trapezoid([force_at(d, RADIUS_EFF) for d in apart], apart))
-    expected = sqrt(1.0 - lost / (0.5 * mass_eff * speed**2))
+    expected = sqrt(1.0 - work_of_parting() / (0.5 * mass_eff * speed**2))
     assert expected < 0.99
     assert rebound(WORK, speed, 1.0, 1e-5) == pytest.approx(expected, abs=1e-3)
     assert rebound(0.0, speed, 1.0, 1e-5) == pytest.approx(1.0, abs=1e-5)
     with pytest.raises(AssertionError, match="still touch"):
         rebound(WORK, 0.1 * speed * sqrt(1.0 - expected**2), 1.0)
+
+
+def test_the_energy_account_knows_what_parting_takes():
+    """Of an elastic impact it is all that is gone."""
+    sim = pair(-1e-3, dt=1e-5, velocity=(4.0, 0.0, 0.0))
+    sim.materials.list[0] = material(restitution=1.0)
+    sim.writers.append(EnergyAccount())
+    sim.run(10)
+    while sim.touching or sim.time < 0.01:
+        sim.run(100)
+    found = sim.writers[0].compute(sim)
+    assert found.parting == pytest.approx(work_of_parting(), rel=5e-3) and found.elastic == 0.0  # O(dt): the force jumps
 
 
 def test_without_adhesion_it_is_hertz_mindlin():

@@ -48,9 +48,9 @@ def test_only_the_top_is_controlled():
     assert [type(wall.control) for wall in cell] == [type(None)] * 5 + [Servo]
 
 
-def made_up(path, scene, noise=0.0, unbalanced=0.0, swelling=0.5, until=None):
-    """Tables of a test in which the top is off by ``noise`` when unloaded, walls are out of balance at the end, and a sample that
-    yields by 1 % up to the largest stress swells by a part of that."""
+def made_up(path, scene, noise=0.0, unbalanced=0.0, swelling=0.5, until=None, loose=0.8):
+    """Tables of a test in which the top is off by ``noise`` when unloaded, walls are out of balance at the end, and a sample of
+    void ratio ``loose`` that yields by 1 % up to the largest stress swells by a part of that."""
 
     class Sim:
         step_number, time, comm = 0, 0.0, build(scene, with_grains=False).comm
@@ -64,9 +64,10 @@ def made_up(path, scene, noise=0.0, unbalanced=0.0, swelling=0.5, until=None):
         stresses = {f"stress {name} [Pa]": top if name in ("floor", "top") else 0.4 * target for name in WALLS}
         strain = np.interp(step, scene.ends[1:5], (0.0, 0.01, 0.01, 0.01 * (1.0 - swelling)))
         sizes = {"size x [m]": scene.width, "size y [m]": scene.width, "size z [m]": scene.height * np.exp(-strain)}
-        others = ("deviatoric stress of grains [Pa]", "void ratio [1]", "coordination", "mechanical coordination", "rattlers")
+        others = ("deviatoric stress of grains [Pa]", "coordination", "mechanical coordination", "rattlers")
         others += ("anisotropy of fabric [1]", "sliding contacts [1]", "unbalanced force [1]", "inertial number [1]")
         rest = dict.fromkeys((*others, "largest overlap [1]"), 1e-4) | {"contacts": 10, "grains": 50}
+        rest["void ratio [1]"] = loose
         rest["vertical force on all walls [N]"] = -unbalanced * top * scene.width**2 if step > held else 1.0
         means = {"mean stress [Pa]": 0.6 * target, "mean stress of grains [Pa]": 0.6 * target * (1.0 + unbalanced)}
         return {"target stress [Pa]": target} | stresses | sizes | means | rest
@@ -87,6 +88,12 @@ def test_checks_tell_a_sound_test_from_one_that_is_not(noise, unbalanced, swelli
     assert checks(scene, tmp_path) == dict.fromkeys(named, sound) | dict.fromkeys(
         ("quasi-static", "container filled", "overlap", "lost grains"), True
     )
+
+
+@pytest.mark.parametrize(("loose", "filled"), [(1.24, True), (1.26, False)])
+def test_grains_that_had_not_settled_are_told(loose, filled, tmp_path):
+    made_up(tmp_path, scene := Oedometer(), loose=loose)
+    assert checks(scene, tmp_path)["container filled"] == filled
 
 
 def test_with_friction_on_the_walls_the_stress_of_the_grains_is_another_than_that_on_the_walls(tmp_path):
