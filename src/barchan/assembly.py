@@ -14,6 +14,7 @@ from barchan.neighbors.contacts import Contacts
 from barchan.neighbors.rows import ContactRows
 from barchan.parallel import world
 from barchan.parallel.topology import even
+from barchan.shapes import shape_named
 from barchan.walls.loads import Loads
 from barchan.walls.wall import Wall
 from barchan.words import nearest, shown
@@ -28,7 +29,7 @@ class Assembly:
     #: Once True, there are no new public attributes: most likely they are typos.
     _complete = False
 
-    def __init__(self, box, law, materials, comm):
+    def __init__(self, box, law, materials, comm, shape):
         if not isinstance(box, Box):
             raise SceneError(f"box = {shown(box)} must be a barchan.Box")
         if not isinstance(law, Law):
@@ -38,7 +39,8 @@ class Assembly:
         self.box, self.law, self.materials = box, law, Materials(materials)
         self.comm = comm or world()
         self.topology = even(box, self.comm.size)
-        self.grains, self.walls, self.next_id, self.loads = Grains(), [], 0, Loads(self)
+        self.shape = shape_named(shape, box)
+        self.grains, self.walls, self.next_id, self.loads = Grains(shape=self.shape), [], 0, Loads(self)
         self.contacts = Contacts(law)
         self._rows = ContactRows.empty(0, law.history_width)
         self._listed = self._primed = self._torn = False
@@ -47,7 +49,7 @@ class Assembly:
         if self._complete and name not in self.__dict__ and not name.startswith("_") and not hasattr(type(self), name):
             public = [known for known in self.__dict__ if not known.startswith("_")]
             raise SceneError(f"a simulation has no attribute '{name}'; {nearest(name, public)}")
-        if self._complete and name in ("box", "law", "materials"):
+        if self._complete and name in ("box", "law", "materials", "shape"):
             raise SceneError(f"{name} of a simulation cannot be replaced; make another simulation")
         super().__setattr__(name, value)
 
@@ -57,7 +59,7 @@ class Assembly:
         Args:
             position: (k, 3) centres [length]; folded into the box along periodic directions.
             radius: number or (k,) [length].
-            material: name or number, or (k,) of them; sets the mass by its density, as a sphere.
+            material: name or number, or (k,) of them; sets the mass by its density, as of the simulation's ``shape``.
             velocity, omega: (k, 3), three numbers or one, at the half step [length/time, 1/time].
             frozen: bool or (k,): immobile.
             fields: values of further fields by name, such as ``mass`` or one made by ``add_field``.
@@ -120,7 +122,8 @@ class Assembly:
         corners = numbers("share_space: bricks", bricks, "length")
         if corners.ndim != 3 or corners.shape[1:] != (2, 3):
             raise SceneError(f"share_space: bricks have shape {corners.shape}; they must be (bricks, 2, 3)")
-        wrong = ~((corners[:, 0] < corners[:, 1]) & (corners[:, 1] > self.box.low) & (corners[:, 0] < self.box.high)).all(axis=1)
+        right = (corners[:, 0] < corners[:, 1]) & (corners[:, 1] > self.box.low) & (corners[:, 0] < self.box.high)
+        wrong = ~right[:, : self.box.dimension].all(axis=1)
         if wrong.any():
             raise SceneError(
                 f"share_space: brick {np.flatnonzero(wrong)[0]}, {corners[wrong][0].tolist()}, must have a high corner above its "
@@ -150,7 +153,7 @@ class Assembly:
             raise SceneError(f"add_grains: {', '.join(given)} cannot be given; barchan sets it")
         folded, image = self.box.wrap(position)
         numbers_of_materials = self._column("material", self._material_numbers(material), len(position))
-        values = self._sphere(len(position), radius, numbers_of_materials, fields)
+        values = self._shaped(len(position), radius, numbers_of_materials, fields)
         return values | {
             "position": folded,
             "image": image,
@@ -199,7 +202,7 @@ class Assembly:
             ) from None
         return [number[one] for one in given]
 
-    def _sphere(self, count, radius, material, fields):
+    def _shaped(self, count, radius, material, fields):
         radius = self._column("radius", radius, count)
         if "mass" in fields:
             mass = self._column("mass", fields["mass"], count)
@@ -208,8 +211,8 @@ class Assembly:
             light = [self.materials.list[number].name for number in np.unique(material) if densities[number] is None]
             if light:
                 raise SceneError(f"add_grains: material '{light[0]}' has no density; give it one, or give mass")
-            mass = 4.0 / 3.0 * np.pi * radius**3 * np.array(densities, dtype=np.float64)[material]
-        return {"radius": radius, "mass": mass, "inertia": 0.4 * mass * radius**2}
+            mass = self.shape.mass(radius, np.array(densities, dtype=np.float64)[material])
+        return {"radius": radius, "mass": mass, "inertia": self.shape.inertia(mass, radius)}
 
     def _column(self, name, value, count):
         if name not in {field.name for field in self.grains.table}:

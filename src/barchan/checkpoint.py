@@ -27,7 +27,7 @@ from barchan.parallel.guard import on_first_rank, raise_together
 from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
-FORMAT = 4
+FORMAT = 5
 
 #: Grains for each rank, about, that are on the way to a file at a time.
 AT_A_TIME = 200_000
@@ -88,7 +88,13 @@ def _about(sim):
         "materials": sim.materials.describe(),
         "walls": [wall.state() for wall in sim.walls],
         "loads": sim.loads.state(),
-        "box": {"low": sim.box.low.tolist(), "high": sim.box.high.tolist(), "periodic": list(sim.box.periodic)},
+        "shape": sim.shape.name,
+        "box": {
+            "dimension": sim.box.dimension,
+            "low": sim.box.low.tolist(),
+            "high": sim.box.high.tolist(),
+            "periodic": list(sim.box.periodic),
+        },
         "user_fields": [
             {
                 "name": f.name,

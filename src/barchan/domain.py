@@ -28,12 +28,17 @@ class Frame(NamedTuple):
 
 
 class Box:
-    """An axis-aligned box.
+    """An axis-aligned box, or in two dimensions a rectangle in the plane z = 0.
 
     Args:
-        low, high: corners, three numbers each [length].
-        periodic: three booleans; a grain that leaves through a periodic face enters at the opposite one, a grain that
-            leaves through any other face is lost, which is an error.
+        low, high: corners, three numbers each [length], or two, x and y: then all that happens in it happens in the plane.
+        periodic: a boolean for each direction, by default none; a grain that leaves through a periodic face enters at the
+            opposite one, a grain that leaves through any other face is lost, which is an error.
+
+    Attributes:
+        dimension: 3 or 2.
+        low, high: corners, (3,) each [length]; in two dimensions z is 0 in both.
+        periodic: three booleans.
 
     Raises:
         SceneError: a corner is not finite, or ``high`` does not exceed ``low``.
@@ -43,25 +48,44 @@ class Box:
     [2.0, 1.0, 1.0]
     >>> box.difference(np.array([1.9, 0.5, 0.5]), np.array([0.1, 0.5, 0.5])).round(12).tolist()
     [-0.2, 0.0, 0.0]
+    >>> plane = Box((0, 0), (2, 1))
+    >>> plane.dimension, plane.low.tolist(), plane.high.tolist()
+    (2, [0.0, 0.0, 0.0], [2.0, 1.0, 0.0])
     """
 
-    def __init__(self, low, high, periodic=(False, False, False)):
-        self.low, self.high = numbers("box: low", low, "length"), numbers("box: high", high, "length")
-        flags = list(periodic) if isinstance(periodic, (tuple, list, np.ndarray)) else [None]
+    def __init__(self, low, high, periodic=None):
+        corners = numbers("box: low", low, "length"), numbers("box: high", high, "length")
+        self.dimension = corners[0].size
+        flags = [False] * self.dimension if periodic is None else [None]
+        flags = list(periodic) if isinstance(periodic, (tuple, list, np.ndarray)) else flags
         if not all(isinstance(flag, (bool, np.bool_)) or flag in (0, 1) for flag in flags):
-            raise SceneError(f"box: periodic = {periodic!r} must be three of True and False")
-        self.periodic = tuple(bool(flag) for flag in flags)
-        if self.low.shape != (3,) or self.high.shape != (3,) or len(self.periodic) != 3:
-            raise SceneError(f"box: low, high and periodic take three values each; got {low!r}, {high!r}, {periodic!r}")
+            raise SceneError(f"box: periodic = {periodic!r} must be three of True and False, or two in two dimensions")
+        shapes = {corners[0].shape, corners[1].shape, (len(flags),)}
+        if shapes not in ({(3,)}, {(2,)}):
+            raise SceneError(
+                f"box: low, high and periodic take three values each, or two in two dimensions; got {low!r}, {high!r}, "
+                f"{periodic!r}"
+            )
         with np.errstate(all="ignore"):
-            length = self.high - self.low
-        if not (np.isfinite(length).all() and (self.high > self.low).all()):
-            raise SceneError(f"box: high [length] must be finite and exceed low on every axis; got low={low!r}, high={high!r}")
+            length = corners[1] - corners[0]
+        if not (np.isfinite(length).all() and (corners[1] > corners[0]).all()):
+            raise SceneError(
+                f"box: high [length] must be finite and exceed low on every axis; got low={low!r}, high={high!r}. In two "
+                f"dimensions corners have two numbers"
+            )
+        across = [0.0] * (3 - self.dimension)
+        self.low, self.high = (np.append(corner, across) for corner in corners)
+        self.periodic = (*(bool(flag) for flag in flags), *(False for _ in across))
 
     @property
     def length(self):
-        """Edge lengths, shape (3,) [length]."""
+        """Edge lengths, shape (3,) [length]; 0 across the plane of a two-dimensional box."""
         return self.high - self.low
+
+    @property
+    def span(self):
+        """The same, but 1 across the plane: volumes are areas then."""
+        return np.where(np.arange(3) < self.dimension, self.length, 1.0)
 
     @property
     def frame(self):
@@ -80,7 +104,7 @@ class Box:
         """Positions folded into the box along periodic directions, and the images they came from."""
         position = np.array(position, dtype=np.float64)
         folds = self.periodic & np.isfinite(position)  # what is not finite is refused later, as it was given
-        turns = np.floor((position - self.low) / self.length, where=folds, out=np.zeros_like(position))
+        turns = np.floor((position - self.low) / self.span, where=folds, out=np.zeros_like(position))
         folded = np.where(folds, position - turns * self.length, position)
         at_top = folds & (folded >= self.high)
         folded = np.where(at_top | (folds & (folded < self.low)), self.low, folded)

@@ -7,6 +7,7 @@ import numpy as np
 from barchan import memory
 from barchan.errors import SceneError
 from barchan.fields import DERIVED, PHYSICAL, TABLE, Field, block_layout
+from barchan.shapes import SPHERE
 from barchan.words import check_dimension, shown
 
 
@@ -21,8 +22,8 @@ class Grains:
         AttributeError: no field of that name.
     """
 
-    def __init__(self, table=TABLE):
-        self.__dict__.update(table=tuple(table), n=0, n_ghost=0, _capacity=0, _room=np.zeros(0), _handed_out={})
+    def __init__(self, table=TABLE, shape=SPHERE):
+        self.__dict__.update(table=tuple(table), shape=shape, n=0, n_ghost=0, _capacity=0, _room=np.zeros(0), _handed_out={})
         self.__dict__["_layout"] = block_layout(self.table)
         self.__dict__["_fields"] = {field.name: field for field in self.table}
         self.__dict__["_blocks"] = {name: self._empty(name, 0) for name in self._layout}
@@ -81,12 +82,12 @@ class Grains:
     def take_edits(self):
         """Names of the fields that users changed since they were handed out. Closes the views handed out so far.
 
-        Grains whose radius or mass was changed, but not their inertia, get the inertia of a solid sphere.
+        Grains whose radius or mass was changed, but not their inertia, get the inertia of their shape.
         """
         edited = [name for name, (view, before) in self._handed_out.items() if not np.array_equal(view, before, equal_nan=True)]
         if "radius" in edited or "mass" in edited:
             resized = (self._changed("radius") | self._changed("mass")) & ~self._changed("inertia")
-            self.view("inertia")[resized] = (0.4 * self.view("mass") * self.view("radius") ** 2)[resized]
+            self.view("inertia")[resized] = self.shape.inertia(self.view("mass"), self.view("radius"))[resized]
         for view, _ in self._handed_out.values():
             view.flags.writeable = False
         self._handed_out.clear()

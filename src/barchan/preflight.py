@@ -262,6 +262,25 @@ def check_grains(sim):
             f"grain {grains.view('id')[rows[0]]} at {grains.view('position')[rows[0]].tolist()} lies outside the box "
             f"{sim.box.low.tolist()} to {sim.box.high.tolist()} [length] ({len(rows)} such grains)"
         )
+    if sim.box.dimension == 2:
+        check_plane(grains)
+
+
+def check_plane(grains):
+    """Refuse grains that would leave the plane z = 0 of a two-dimensional box.
+
+    Raises:
+        SceneError: naming the grain, the field, its value and what is allowed.
+    """
+    for name, across in (("velocity", [2]), ("force", [2]), ("omega", [0, 1]), ("torque", [0, 1])):
+        values = grains.view(name)
+        rows = np.flatnonzero((values[:, across] != 0.0).any(axis=1))
+        if len(rows):
+            raise SceneError(
+                f"grain {grains.view('id')[rows[0]]}: {name} = {values[rows[0]].tolist()} [{grains.field(name).dimension}] must "
+                f"have {'no z component' if across == [2] else 'a z component only'}: the box has two dimensions "
+                f"({len(rows)} such grains)"
+            )
 
 
 def check_box(sim, cutoff):
@@ -313,6 +332,11 @@ def bad_grain(sim):
     if not sim.box.outside(position[row]):
         return LostGrainError(
             f"{where}: it moved by more than a period of the box in one step. Use a smaller dt or lower velocities"
+        )
+    if sim.box.dimension == 2 and position[row, 2] != 0.0:
+        return LostGrainError(
+            f"{where}: it left the plane z = 0 of a two-dimensional box ({len(rows)} such grains). Likely cause: a law whose "
+            f"force is not in the plane, or a control that moves a wall along z"
         )
     return LostGrainError(
         f"{where}: it left the box {sim.box.low.tolist()} to {sim.box.high.tolist()} through a face that is not "

@@ -43,6 +43,7 @@ class Simulation(Assembly):
         gravity: acceleration [length/time^2], or a function of time.
         threads: threads of this process; default all cores. The result has the same bits for any number.
         comm: communicator; default: whatever this program was started with.
+        shape: "sphere", or in a box of two dimensions "disc": what mass and inertia follow from radius and density.
 
     Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
     ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``,
@@ -53,13 +54,13 @@ class Simulation(Assembly):
         SceneError: an argument cannot be used.
     """
 
-    def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None):
-        super().__init__(box, law, materials, comm)
+    def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None, shape="sphere"):
+        super().__init__(box, law, materials, comm, shape)
         self.dt, self.gravity, self.damping = dt, gravity, Damping()
         self.threads = default_threads(self.comm.ranks_on_node) if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
         preflight.check_settings(self)
-        self._gravity, self._damping = Gravity(gravity), self.damping
+        self._gravity, self._damping = Gravity(gravity, box.dimension), self.damping
         self.actions, self.writers = [], []
         self.step_number, self.time = 0, 0.0
         self.notes = {}
@@ -232,7 +233,7 @@ class Simulation(Assembly):
     @property
     def present_gravity(self):
         """Gravity at the present time, three numbers [length/time^2]."""
-        return Gravity(self.gravity).at(self.time)
+        return Gravity(self.gravity, self.box.dimension).at(self.time)
 
     # -- its parts ---------------------------------------------------------------------------------------------------
 
@@ -371,7 +372,7 @@ class Simulation(Assembly):
     def _take_up_parameters(self):
         """Check what users set on the simulation and its materials, and bring it in; True if contacts have new parameters."""
         preflight.check_settings(self)
-        self._gravity, self._damping = Gravity(self.gravity), self.damping
+        self._gravity, self._damping = Gravity(self.gravity, self.box.dimension), self.damping
         before, self.table = self.table, self.materials.table(self.law)
         if before is None or np.array_equal(before, self.table):
             return False

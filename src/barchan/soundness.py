@@ -56,6 +56,7 @@ class _Law(_Part):
 
 
 class _Box(_Part):
+    dimension: Literal[2, 3]
     low: _Three
     high: _Three
     periodic: Annotated[list[bool], Field(min_length=3, max_length=3)]
@@ -78,6 +79,7 @@ class _About(_Part):
     materials: dict[str, Any]
     walls: list[dict[str, Any]]
     loads: list[list[float]]
+    shape: Literal["sphere", "disc"]
     box: _Box
     user_fields: list[_UserField]
 
@@ -215,7 +217,8 @@ def foreign(there, here):
         return f"its law is {_short(law['name'])}, here it is {_short(own['name'])}"
     if law != own:
         return f"law {_short(own['name'])} has changed since"
-    difference = _difference(there["materials"], here["materials"]) or _difference({"box": there["box"]}, {"box": here["box"]})
+    spaces = ({name: about[name] for name in ("box", "shape")} for about in (there, here))
+    difference = _difference(there["materials"], here["materials"]) or _difference(*spaces)
     if difference:
         return difference
     walls, own_walls = ([_named(wall) for wall in about["walls"]] for about in (there, here))

@@ -11,7 +11,7 @@ ROOT = Path(barchan.__file__).parent
 
 #: The storeys from the ground up. Modules of one storey may import each other. ``barchan`` is the front door, ``__init__``.
 STOREYS = (
-    ("atomic", "errors", "fields", "domain", "triggers", "stopwatch", "version", "words", "memory", "chance"),
+    ("atomic", "errors", "fields", "domain", "triggers", "stopwatch", "version", "words", "memory", "chance", "shapes"),
     ("laws",),
     ("kernels",),
     ("grains", "materials"),

@@ -1,7 +1,7 @@
 """A part of space in which new grains appear while the simulation runs, where they overlap nobody."""
 
 import warnings
-from math import fsum, inf, isfinite, pi
+from math import fsum, inf, isfinite
 from typing import Any, NamedTuple
 from zlib import crc32
 
@@ -121,7 +121,7 @@ class Inlet:
         material = sim.materials.list[sim.materials.index(self.feed.material)]
         if material.density is None:
             raise SceneError(f"inlet '{self.name}': material '{material.name}' has no density; give it one")
-        return 4.0 / 3.0 * pi * radius**3 * material.density
+        return sim.shape.mass(radius, material.density)
 
     def _warn(self, sim, waiting):
         if not self._has_warned and sim.comm.rank == 0:

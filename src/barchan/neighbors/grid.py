@@ -28,4 +28,6 @@ def _around(grains, bounds, box, above, most, cutoff):
         extents = np.array(extents)
         low = np.where(box.periodic, low, np.maximum(low, extents[::2] - margin))
         high = np.where(box.periodic, high, np.minimum(high, extents[1::2] + margin))
+    low = np.where(box.periodic, low, np.maximum(low, box.low))  # ghosts are in the box, too
+    high = np.where(box.periodic, high, np.minimum(high, box.high))
     return cells.make_grid(low, high, cutoff, count, box.frame)

@@ -27,7 +27,7 @@ class Topology:
     def __init__(self, box, shape, owner, size):
         self.box, self.shape, self.size = box, np.asarray(shape, dtype=np.int64), size
         self.owners = np.asarray(owner, dtype=np.int32)
-        self.edge, self._inverse = box.length / self.shape, self.shape / box.length
+        self.edge, self._inverse = box.span / self.shape, self.shape / box.span
         self._near = {}
 
     def subdomain(self, position):
@@ -47,7 +47,8 @@ class Topology:
         places = np.stack(np.unravel_index(np.flatnonzero(self.owners == rank), self.shape), axis=1)
         if not len(places):
             return self.box.low.copy(), self.box.low.copy()
-        return self.box.low + places.min(axis=0) * self.edge, self.box.low + (places.max(axis=0) + 1) * self.edge
+        low, high = self.box.low + places.min(axis=0) * self.edge, self.box.low + (places.max(axis=0) + 1) * self.edge
+        return low, np.minimum(high, self.box.high)
 
     def neighbours(self, rank, reach):
         """Ranks with a sub-domain within ``reach`` [length] of one of this rank's, ascending."""
@@ -115,8 +116,8 @@ def shape_of(box, count, least=0.0):
     """
     shape, left = np.ones(3, dtype=np.int64), float(count)
     with np.errstate(over="ignore", divide="ignore"):
-        most = np.floor(box.length / least)
-    rest = np.argsort(box.length, kind="stable")
+        most = np.floor(box.span / least)
+    rest = np.argsort(box.length[: box.dimension], kind="stable")
     while len(rest):
         axis, edge = rest[0], (np.prod(box.length[rest]) / left) ** (1.0 / len(rest))
         shape[axis] = max(1.0, min(np.round(box.length[axis] / edge), most[axis]))
@@ -139,16 +140,16 @@ def even(box, size, bricks=None):
             break
         count *= 2
     cost = np.rint(1e6 * volume / max(volume.max(), 1e-300)).astype(np.int64)
-    return Topology(box, shape, bisection(cost, shape, box.length / shape, np.ones(size)), size)
+    return Topology(box, shape, bisection(cost, shape, box.span / shape, np.ones(size)), size)
 
 
 def _volumes(box, shape, bricks):
     """How much of each sub-domain the bricks fill."""
     total = np.zeros(tuple(shape))
     for low, high in bricks:
-        lengths = []
-        for axis in range(3):
+        lengths = [np.ones(1)] * 3  # of an axis without extent
+        for axis in range(box.dimension):
             faces = box.low[axis] + np.arange(shape[axis] + 1) * (box.length[axis] / shape[axis])
-            lengths.append(np.clip(np.minimum(high[axis], faces[1:]) - np.maximum(low[axis], faces[:-1]), 0.0, None))
+            lengths[axis] = np.clip(np.minimum(high[axis], faces[1:]) - np.maximum(low[axis], faces[:-1]), 0.0, None)
         total += np.einsum("i,j,k", *lengths)
     return total.ravel()

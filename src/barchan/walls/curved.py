@@ -6,7 +6,7 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.curved import distances_cone, distances_round, measure_cone, measure_round, near_cone, near_round
-from barchan.walls.wall import PUSH, Direction, Number, Wall
+from barchan.walls.wall import PUSH, Direction, Number, Wall, without_faces
 from barchan.words import shown
 
 
@@ -17,14 +17,15 @@ class _Curved(Wall):
     _near = _measure = _far = None
 
     def check(self, box, name):
-        """Refuse a wall that cuts a periodic direction, or leaves its own shape by turning.
+        """Refuse a wall that cuts a periodic direction or curves out of two dimensions, or leaves its own shape by turning.
 
         Raises:
             SceneError: naming the axis.
         """
-        for axis in range(3):
-            if box.periodic[axis] and not self._goes_along(axis):
-                raise SceneError(f"{name}: it is round across {'xyz'[axis]}, where the box is periodic")
+        super().check(box, name)
+        for axis, why in without_faces(box):
+            if not self._goes_along(axis):
+                raise SceneError(f"{name}: it is round across {'xyz'[axis]}, where {why}")
         if self.kind != "sphere" and np.abs(np.cross(self._omega, self._axis)).max() > 1e-12 * np.abs(self._omega).max():
             raise SceneError(
                 f"{name}: omega = {self._omega.tolist()} must be along its axis {self._axis.tolist()}: it turns about itself only"

@@ -6,7 +6,7 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.planes import measure_plane, near_plane
-from barchan.walls.wall import PUSH, Direction, Wall
+from barchan.walls.wall import PUSH, Direction, Wall, without_faces
 
 
 class Plane(Wall):
@@ -51,20 +51,17 @@ class Plane(Wall):
         return speed
 
     def check(self, box, name):
-        """Refuse a plane that cuts a periodic direction, or turns into one.
+        """Refuse a plane that cuts a periodic direction or leans out of two dimensions, or turns so.
 
         Raises:
             SceneError: naming the axis.
         """
-        for axis in range(3):
-            if box.periodic[axis] and self._normal[axis] != 0.0:
-                raise SceneError(
-                    f"{name}: its normal {self._normal.tolist()} leans along {'xyz'[axis]}, where the box is periodic"
-                )
-            if box.periodic[axis] and np.cross(self._omega, self._normal)[axis] != 0.0:
-                raise SceneError(
-                    f"{name}: it turns with omega = {self._omega.tolist()} towards {'xyz'[axis]}, where the box is periodic"
-                )
+        super().check(box, name)
+        for axis, why in without_faces(box):
+            if self._normal[axis] != 0.0:
+                raise SceneError(f"{name}: its normal {self._normal.tolist()} leans along {'xyz'[axis]}, where {why}")
+            if np.cross(self._omega, self._normal)[axis] != 0.0:
+                raise SceneError(f"{name}: it turns with omega = {self._omega.tolist()} towards {'xyz'[axis]}, where {why}")
         self._corners = np.stack(np.meshgrid(*zip(box.low, box.high), indexing="ij"), axis=-1).reshape(-1, 3)
 
     def settle(self):

@@ -198,6 +198,18 @@ class Wall:
         """Move with this velocity from now on, three numbers [length/time]: for controls; to users a change would be an edit."""
         self._velocity = three(f"{self.kind}: velocity of drive", velocity, "length/time")
 
+    def check(self, box, name):
+        """Refuse a wall that has no place in a box.
+
+        Raises:
+            SceneError: in two dimensions, it is beside the plane, moves out of it, or turns other than about z.
+        """
+        if box.dimension == 2 and (self._point[2] != 0.0 or self._velocity[2] != 0.0 or self._omega[:2].any()):
+            raise SceneError(
+                f"{name}: point = {self._point.tolist()} [length] and velocity = {self._velocity.tolist()} [length/time] must "
+                f"have no z component, and omega = {self._omega.tolist()} [1/time] a z component only: the box has two dimensions"
+            )
+
     def settle(self):
         """Start from parameters that were set anew."""
 
@@ -228,6 +240,12 @@ class Wall:
             setattr(self, f"_{name}", three(f"{self.kind}: {name}", value, "1") if isinstance(value, list) else float(value))
         if hasattr(self._control, "restore"):
             self._control.restore(state["control"])
+
+
+def without_faces(box):
+    """Axes along which walls can but go on for ever, and why: [(axis, reason)]."""
+    periodic = [(axis, "the box is periodic") for axis in range(3) if box.periodic[axis]]
+    return periodic + [(axis, "the box of two dimensions has no extent") for axis in range(box.dimension, 3)]
 
 
 def steer(walls, sim):
