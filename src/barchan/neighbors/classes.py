@@ -31,20 +31,21 @@ SLIGHT = 1.2
 GRAIN, LINE, EIGHT, LISTED, LIST, LIST_LINE, LIST_GRAIN = 40.0, 2.0, 4.0, 4.0, 60.0, 6.0, 3.0
 CELL, SPARSELY, CLASS = 1.5, 150.0, 4e4
 
-#: Lines around a cell of which a grain looks at those that come later, in half the cases its own.
-LINES = 5.0
+#: Lines around a cell of which a grain looks at those that come later, in half the cases its own: in space, in a plane.
+LINES = {3: 5.0, 2: 2.0}
 
 
 class Survey(NamedTuple):
     """The radii of all grains on all ranks.
 
     ``largest``: (k,) largest radius in each bin that holds any, ascending [length]. ``count``: (k,) grains in it. ``volume``: of
-    the box around all grains [length^3].
+    the box around all grains [length^3]. ``dimension``: 2 where all centres have one z; then the volume is an area [length^2].
     """
 
     largest: np.ndarray
     count: np.ndarray
     volume: float
+    dimension: int = 3
 
     @property
     def widest(self):
@@ -71,14 +72,16 @@ def survey(comm, box, place, separators=()):
     low, high = np.split(comm.maximum([*np.negative(low), *high]), [4])
     if high[3] < 0.0:  # there are none
         return Survey(np.zeros(0), np.zeros(0, dtype=np.int64), 0.0)
-    low, extent = -low, np.where(box.periodic, box.length, np.maximum(high[:3] + low[:3], 2.0 * high[3]))
+    low, extent = -low, np.where(box.periodic, box.length, high[:3] + low[:3])
+    dimension = 2 if extent[2] == 0.0 else 3
+    volume = float(np.prod(np.maximum(extent, 2.0 * high[3])[:dimension]))
     if high[3] == low[3]:
-        return Survey(high[3:], comm.sum([len(place)]), float(np.prod(extent)))
+        return Survey(high[3:], comm.sum([len(place)]), volume, dimension)
     edges = np.union1d(np.geomspace(low[3], high[3], BINS + 1)[1:-1], separators)
     largest, count = np.empty(len(edges) + 1), np.empty(len(edges) + 1, dtype=np.int64)
     count_sizes(place, edges, largest, count)
     largest, count = comm.maximum(largest), comm.sum(count)
-    return Survey(largest[count > 0], count[count > 0], float(np.prod(extent)))
+    return Survey(largest[count > 0], count[count > 0], volume, dimension)
 
 
 class Choice(NamedTuple):
@@ -243,13 +246,15 @@ class _Model:
     def _per_cell(self, begin, over):
         """Edge of a cell of a class, and the grains in it on average."""
         edge = 2.0 * self._widest((begin, over)) + self.reach or 1.0
-        return edge, self._count(begin, over) * edge**3 / max(self.sizes.volume, edge**3)
+        cell = edge**self.sizes.dimension
+        return edge, self._count(begin, over) * cell / max(self.sizes.volume, cell)
 
     def _of_like(self, one):
         """Grains of a class among themselves."""
         if one not in self._like:
             count, per_cell = self._count(*one), self._per_cell(*one)[1]
-            looks = LINES * (LINE + EIGHT * (3.0 * per_cell / 8.0 + min(3.0 * per_cell, 1.0)))  # of three cells in a line
+            line = LINE + EIGHT * (3.0 * per_cell / 8.0 + min(3.0 * per_cell, 1.0))  # of three cells
+            looks = LINES[self.sizes.dimension] * line
             empty = CELL / max(per_cell, 1.0 / FEWEST) if per_cell * DENSE > 1.0 or count < FEWEST / DENSE else SPARSELY
             self._like[one] = CLASS + count * (GRAIN + looks + empty)
         return self._like[one]
@@ -259,11 +264,15 @@ class _Model:
         count, (edge, per_cell) = self._count(*one), self._per_cell(*one)
         lists = count / max(TOGETHER * per_cell, 1.0)
         length, found, total = TOGETHER * edge if per_cell * TOGETHER > 1.0 else 0.0, 0.0, LIST * lists
-        across = edge if per_cell > 0.5 else 0.0
+        across, dimension = edge if per_cell > 0.5 else 0.0, self.sizes.dimension
         for other in others:
             far = self._widest(one) + self._widest(other) + self.reach
             cell, there = self._per_cell(*other)
             wide, narrow = (length + 2.0 * far) / cell + 1.0, (across + 2.0 * far) / cell + 1.0
-            total += lists * (LIST_LINE * narrow**2 + LIST_GRAIN * there * wide * narrow**2)
-            found += there / cell**3 * (4.2 * far**3 + 3.1 * far**2 * (length + 2.0 * across))
+            lines = narrow ** (dimension - 1)
+            total += lists * (LIST_LINE * lines + LIST_GRAIN * there * wide * lines)
+            near = 4.2 * far**3 + 3.1 * far**2 * (length + 2.0 * across)
+            if dimension == 2:
+                near = 3.1 * far**2 + 2.0 * far * (length + across)
+            found += there / cell**dimension * near
         return total + count * LISTED * (found / 8.0 + min(found, 1.0))
