@@ -1,9 +1,26 @@
-"""Grains as discs, seen from the side."""
+"""Grains as discs: of three dimensions seen from the side, of two as they are."""
 
 import numpy as np
 from matplotlib.collections import EllipseCollection
 
 from barchan.view.style import COLOUR_MAP
+
+
+def draw_plane(axes, box, position, radius, values, limits=None, scale=1e3, unit="mm"):
+    """Draw grains of a two-dimensional box in the x-y plane: all of the box, in one scale along both axes.
+
+    Args:
+        axes, position, radius, values, limits, scale: as ``draw_grains`` takes them.
+        box: of the simulation.
+        unit: of the axes.
+
+    Returns:
+        What a colour bar takes.
+    """
+    discs = draw_grains(axes, position[:, (0, 2, 1)], radius, values, limits, scale)
+    (left, bottom, _), (right, top, _) = scale * box.low, scale * box.high
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel=f"x [{unit}]", ylabel=f"y [{unit}]")
+    return discs
 
 
 def draw_grains(axes, position, radius, values, limits, scale=1e3):

@@ -47,7 +47,8 @@ class LammpsDump(StepFiles):
 
 
 def _head(sim, columns, count):
-    low, high, periodic = sim.box.low.tolist(), sim.box.high.tolist(), sim.box.periodic
+    thick = 0.5 * (sim.box.span - sim.box.length)  # LAMMPS wants a box of two dimensions to have a height
+    low, high, periodic = (sim.box.low - thick).tolist(), (sim.box.high + thick).tolist(), sim.box.periodic
     faces = " ".join("pp" if wraps else "ff" for wraps in periodic)
     bounds = "".join(f"{a!r} {b!r}\n" for a, b in zip(low, high))
     return (
