@@ -62,3 +62,20 @@ def squared(vectors):
 def sphere_volume(radius):
     """Volumes of spheres [length^3]."""
     return 4.0 / 3.0 * np.pi * (radius * radius * radius)
+
+
+def filled_volume(radius, dimension):
+    """What grains fill of a box of so many dimensions: volumes [length^3], or in a plane areas [length^2]."""
+    return sphere_volume(radius) if dimension == 3 else np.pi * (radius * radius)
+
+
+def refuse_plane(sim, what):
+    """Refuse a measure that has no meaning in two dimensions.
+
+    Raises:
+        SceneError: the box has two.
+    """
+    if sim.box.dimension == 2:
+        raise SceneError(
+            f"{what} measures in three dimensions only, and the box has two; coarse_grain and stress measure in both"
+        )

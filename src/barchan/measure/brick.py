@@ -13,12 +13,13 @@ class Brick:
 
     Args:
         box: of the simulation.
-        low, high: corners [length]; default: those of the box. The brick must lie in the box.
+        low, high: corners [length]; default: those of the box. The brick must lie in the box; in two dimensions it is a
+            rectangle, with z = 0 in both corners.
         volume: of a room of another shape that holds all grains, such as ``Room.volume``, to take instead [length^3].
 
     Attributes:
         low, high: corners, (3,) each [length].
-        volume: [length^3].
+        volume: [length^3], in two dimensions the area [length^2].
         endless: (3,) bool, directions in which it is as long as a periodic box: there it has no faces.
         shifts: (images, 3) what takes a place to those of its images that may lie in the brick [length].
 
@@ -35,10 +36,11 @@ class Brick:
             raise SceneError(f"volume = {volume!r} [length^3] must be a finite number > 0")
         low = box.low if low is None else numbers("brick: low", low, "length")
         high = box.high if high is None else numbers("brick: high", high, "length")
-        if low.shape != (3,) or high.shape != (3,) or not (np.isfinite([low, high]).all() and (high > low).all()):
+        ascending = low.shape == high.shape == (3,) and (high > low)[: box.dimension].all()
+        if not (ascending and np.isfinite([low, high]).all()):
             raise SceneError(
                 f"brick: low = {low.tolist()} and high = {high.tolist()} [length] must be three finite numbers each, and high "
-                f"must exceed low on every axis"
+                f"must exceed low on {'every axis' if box.dimension == 3 else 'x and y'}"
             )
         beyond = 1e-9 * box.length  # a brick as long as the box may exceed it by rounding
         if (low < box.low - beyond).any() or (high > box.high + beyond).any():
@@ -47,7 +49,7 @@ class Brick:
                 f"{box.high.tolist()}; make it smaller"
             )
         self.low, self.high = np.maximum(low, box.low), np.minimum(high, box.high)
-        self.volume = float(np.prod(self.high - self.low) if whole is None else whole)
+        self.volume = float(np.prod((self.high - self.low)[: box.dimension]) if whole is None else whole)
         at_faces = self.low <= box.low, self.high >= box.high
         self.endless = at_faces[0] & at_faces[1] & box.periodic
         moves = [(-length, 0.0, length) if around else (0.0,) for length, around in zip(box.length, box.periodic & ~self.endless)]

@@ -36,7 +36,7 @@ def coarse_grain(sim, shape, width):
     kernel (1 + 3 q) (1 - q)^3, q = distance / width, normalised over the grid points that it reaches: sums over the grid times
     the volume of a cell are the mass, the momentum, and volume times contact stress of the whole box, to rounding, with walls and
     periodic faces too. At each point the kinetic stress is that of the motion against momentum / density there. An axis
-    with one cell is averaged over.
+    with one cell is averaged over. In two dimensions there is one cell along z, and densities and stresses are those of areas.
     Source: Goldhirsch, Granular Matter 12, 239 (2010); Weinhart et al., Granular Matter 14, 289 (2012).
 
     Args:
@@ -74,7 +74,9 @@ def _lattice(box, shape):
     count = np.array(shape) if isinstance(shape, (tuple, list, np.ndarray)) else np.zeros(0)
     if count.shape != (3,) or count.dtype.kind not in "iu" or (count < 1).any():
         raise SceneError(f"coarse_grain: shape = {shown(shape)} must be three whole numbers > 0: cells along x, y and z")
-    return Lattice(box.low, box.length / count, count.astype(np.int64), np.array(box.periodic, dtype=np.uint8))
+    if box.dimension == 2 and count[2] != 1:
+        raise SceneError(f"coarse_grain: shape = {shown(shape)} must have one cell along z: the box has two dimensions")
+    return Lattice(box.low, box.span / count, count.astype(np.int64), np.array(box.periodic, dtype=np.uint8))
 
 
 def _of_grains(sim):

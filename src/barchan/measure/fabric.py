@@ -10,18 +10,20 @@ from barchan.measure.touching import check_contacts, touching_pairs
 
 
 class Fabric(NamedTuple):
-    """``tensor``: (3, 3) mean of n_i n_j over contacts, of trace 1; zeros without contacts."""
+    """``tensor``: (3, 3), in two dimensions (2, 2), mean of n_i n_j over contacts, of trace 1; zeros without contacts."""
 
     tensor: np.ndarray
 
     @property
     def deviator(self):
-        """The tensor less a third of its trace on the diagonal, (3, 3): zeros for contacts that point all ways alike."""
-        return self.tensor - np.trace(self.tensor) / 3.0 * np.eye(3)
+        """The tensor less the mean of its diagonal: zeros for contacts that point all ways alike."""
+        dimension = len(self.tensor)
+        return self.tensor - np.trace(self.tensor) / dimension * np.eye(dimension)
 
     @property
     def anisotropy(self):
-        """sqrt(3/2 F':F') with the deviator F': the difference of the axial and the radial value where the fabric has an axis."""
+        """sqrt(3/2 F':F') with the deviator F': the difference of the axial and the radial value where the fabric has an axis; in
+        two dimensions sqrt(2 F':F'), that of the principal values."""
         return deviatoric(self.tensor)
 
 
@@ -39,6 +41,7 @@ def fabric(sim):
     check_contacts(sim)
     found = [pairs.branch / np.sqrt((pairs.branch * pairs.branch).sum(axis=0)) for pairs in touching_pairs(sim)]
     normal = np.concatenate([np.zeros((3, 0)), *found], axis=1)
-    products = [normal[i] * normal[j] for i in range(3) for j in range(3)]
+    axes = range(sim.box.dimension)
+    products = [normal[i] * normal[j] for i in axes for j in axes]
     *sums, count = exact_sums([*products, np.ones(normal.shape[1])], sim.comm)[:, 0]
-    return Fabric(np.reshape(sums, (3, 3)) / max(count, 1.0))
+    return Fabric(np.reshape(sums, (len(axes), -1)) / max(count, 1.0))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from barchan.errors import SceneError
-from barchan.measure.base import Result, flowing_rows, number, sphere_volume
+from barchan.measure.base import Result, flowing_rows, number, refuse_plane, sphere_volume
 from barchan.measure.sums import Bins, crossing, exact_sums, quantile
 
 
@@ -40,8 +40,9 @@ class Front:
         """Measure; returns self.
 
         Raises:
-            SceneError: the box is periodic along x, or has more columns than can be counted.
+            SceneError: the box is periodic along x, or has more columns than can be counted, or two dimensions.
         """
+        refuse_plane(sim, "Front")
         if sim.box.periodic[0]:
             raise SceneError("Front: the box is periodic along x; a flow without end has no front")
         rows = flowing_rows(sim)

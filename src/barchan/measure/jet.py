@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from barchan.measure.base import Result, flowing_rows, full_step, number, sphere_volume
+from barchan.measure.base import Result, flowing_rows, full_step, number, refuse_plane, sphere_volume
 from barchan.measure.sums import Bins, exact_sums, quantile
 
 
@@ -35,8 +35,9 @@ class Jet:
         """Measure; returns self.
 
         Raises:
-            SceneError: the cell is too small to count the bins.
+            SceneError: the cell is too small to count the bins, or the box has two dimensions.
         """
+        refuse_plane(sim, "Jet")
         grains, rows = sim.grains, flowing_rows(sim)
         reach = 5.0 * mean_diameter(sim, rows) if self.reach is None else self.reach
         rows = rows[np.abs(grains.view("position")[rows, 0] - self.wall) <= reach]

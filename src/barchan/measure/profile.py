@@ -3,7 +3,7 @@
 import numpy as np
 
 from barchan.errors import SceneError
-from barchan.measure.base import Result, flowing_rows, full_step, number, sphere_volume, squared
+from barchan.measure.base import Result, flowing_rows, full_step, number, refuse_plane, sphere_volume, squared
 from barchan.measure.sphere_cuts import bar_volume
 from barchan.measure.sums import Bins, crossing, exact_sums
 
@@ -50,8 +50,9 @@ class Profile:
         """Measure; returns self.
 
         Raises:
-            SceneError: the slab leaves the box, or has more bins than can be counted.
+            SceneError: the slab leaves the box, or has more bins than can be counted, or the box has two dimensions.
         """
+        refuse_plane(sim, "Profile")
         self._check(sim.box)
         rows, x = self._slab(sim)
         z, radius = sim.grains.view("position")[rows, 2], sim.grains.view("radius")[rows]

@@ -14,7 +14,7 @@ COLUMNS = ("x", "y", "z", "is marked")
 
 
 class Strain(NamedTuple):
-    """The affine motion of some grains. Strains are compression positive; H and F are not.
+    """The affine motion of some grains. Strains are compression positive; H and F are not. In two dimensions tensors are (2, 2).
 
     ``gradient``: H, (3, 3), displacement along i by distance along j, as they were when marked: u = H X + c [1].
     ``grains``: how many it is of.
@@ -26,7 +26,7 @@ class Strain(NamedTuple):
     @property
     def deformation(self):
         """F = 1 + H, (3, 3) [1]."""
-        return np.eye(3) + self.gradient
+        return np.eye(len(self.gradient)) + self.gradient
 
     @property
     def small(self):
@@ -59,9 +59,10 @@ class Strain(NamedTuple):
     @property
     def deviatoric_strain(self):
         """sqrt(2/3 e:e) with the deviator e of the logarithmic strain, which works with q: in a triaxial test 2/3 of axial
-        less radial strain [1]."""
-        e = self.logarithmic - self.volumetric_strain / 3.0 * np.eye(3)
-        return float(np.sqrt((e * e).sum() / 1.5))
+        less radial strain; in two dimensions sqrt(1/2 e:e) [1]."""
+        dimension = len(self.gradient)
+        e = self.logarithmic - self.volumetric_strain / dimension * np.eye(dimension)
+        return float(np.sqrt((e * e).sum() / (dimension / (dimension - 1))))
 
 
 def strain(sim, reference="reference", low=None, high=None):
@@ -79,7 +80,8 @@ def strain(sim, reference="reference", low=None, high=None):
         ``Strain``, the same bits for any number of ranks and threads.
 
     Raises:
-        SceneError: nothing was marked under this name, the brick is no brick in the box, or the grains lie in a plane.
+        SceneError: nothing was marked under this name, the brick is no brick in the box, or the grains lie in a plane,
+            in two dimensions on a line.
     """
     grains, brick = sim.grains, Brick(sim.box, low, high)
     if reference not in (field.name for field in grains.table) or not holds_places(grains.field(reference)):
@@ -91,7 +93,8 @@ def strain(sim, reference="reference", low=None, high=None):
     if low is not None or high is not None:
         rows = rows[brick.holds(sim.box.wrap(grains.view(reference)[rows, :3])[0])]
     place = grains.view(reference)[rows, :3]
-    return _best_fit(sim.comm, place, followed(sim)[rows] - place, reference)
+    in_space = slice(sim.box.dimension)
+    return _best_fit(sim.comm, place[:, in_space], (followed(sim)[rows] - place)[:, in_space], reference)
 
 
 def holds_places(field):
@@ -105,15 +108,17 @@ def followed(sim):
 
 
 def _best_fit(comm, place, moved, reference):
-    """The affine motion that fits displacements at places, (k, 3) each, of all ranks."""
+    """The affine motion that fits displacements at places, (k, dimension) each, of all ranks."""
+    dimension = place.shape[1]
     *sums, count = exact_sums([*place.T, *moved.T, np.ones(len(place))], comm)[:, 0]
     centre = np.array(sums) / max(count, 1.0)
-    X, u = (place - centre[:3]).T, (moved - centre[3:]).T
+    X, u = (place - centre[:dimension]).T, (moved - centre[dimension:]).T
     products = [a * b for one in (X, u) for a in one for b in X]
-    inertia, motion = exact_sums(products, comm).reshape(2, 3, 3)
+    inertia, motion = exact_sums(products, comm).reshape(2, dimension, dimension)
     extent = np.linalg.eigvalsh(inertia)
-    if not extent[0] > 1e-12 * extent[2]:
+    if not extent[0] > 1e-12 * extent[-1]:
+        flat, fewest = ("in a plane", "four") if dimension == 3 else ("on a line", "three")
         raise SceneError(
-            f"strain: the {int(count)} grains marked as {reference!r} lie in a plane, or there are fewer than four; choose more"
+            f"strain: the {int(count)} grains marked as {reference!r} lie {flat}, or there are fewer than {fewest}; choose more"
         )
     return Strain(np.linalg.solve(inertia, motion.T).T, int(count))

@@ -15,6 +15,7 @@ class Stress(NamedTuple):
     """Mean stress of a part of space, compression positive; [i, j]: force along i through a face across j.
 
     ``contact``: (3, 3) of Love and Weber [force/length^2]. ``kinetic``: (3, 3) of the fluctuating motion [force/length^2].
+    In two dimensions both are (2, 2), of x and y, and forces by length [force/length].
     """
 
     contact: np.ndarray
@@ -22,18 +23,18 @@ class Stress(NamedTuple):
 
     @property
     def total(self):
-        """Sum of both, (3, 3) [force/length^2]."""
+        """Sum of both [force/length^2]."""
         return self.contact + self.kinetic
 
     @property
     def mean_stress(self):
-        """p, a third of the trace of the total stress [force/length^2]."""
-        return float(np.trace(self.total)) / 3.0
+        """p, a third of the trace of the total stress, in two dimensions half of it [force/length^2]."""
+        return float(np.trace(self.total)) / len(self.total)
 
     @property
     def deviatoric_stress(self):
-        """q = sqrt(3/2 s:s) with the symmetric deviator s; the difference of axial and radial stress in a triaxial test
-        [force/length^2]."""
+        """q = sqrt(3/2 s:s) with the symmetric deviator s; the difference of axial and radial stress in a triaxial test; in two
+        dimensions sqrt(2 s:s), that of the principal stresses [force/length^2]."""
         return deviatoric(self.total)
 
 
@@ -64,26 +65,30 @@ def stress(sim, low=None, high=None, volume=None):
 
 
 def deviatoric(tensor):
-    """sqrt(3/2 s:s) with the symmetric deviator s of a (3, 3) tensor."""
-    s = 0.5 * (tensor + tensor.T) - np.trace(tensor) / 3.0 * np.eye(3)
-    return float(np.sqrt(1.5 * (s * s).sum()))
+    """sqrt(3/2 s:s) with the symmetric deviator s of a (3, 3) tensor, sqrt(2 s:s) of a (2, 2) one: the difference of two
+    eigenvalues where the others are alike."""
+    dimension = len(tensor)
+    s = 0.5 * (tensor + tensor.T) - np.trace(tensor) / dimension * np.eye(dimension)
+    return float(np.sqrt(dimension / (dimension - 1) * (s * s).sum()))
 
 
 def _contact_sum(sim, brick):
-    """Sum of f_i l_j of the branches, cut at the faces of the brick, (3, 3) [force length]."""
+    """Sum of f_i l_j of the branches, cut at the faces of the brick, a tensor [force length]."""
     start, branch, force = branches(sim)
     inside = brick.part_of(start, branch) * branch
-    return exact_sums([force[i] * inside[j] for i in range(3) for j in range(3)], sim.comm).reshape(3, 3)
+    axes = range(sim.box.dimension)
+    return exact_sums([force[i] * inside[j] for i in axes for j in axes], sim.comm).reshape(len(axes), -1)
 
 
 def _kinetic_sum(sim, brick):
-    """Sum of m v'_i v'_j of the grains in the brick, (3, 3) [force length]."""
+    """Sum of m v'_i v'_j of the grains in the brick, a tensor [force length]."""
+    axes = range(sim.box.dimension)
     rows = flowing_rows(sim)
     rows = rows[brick.holds(sim.grains.view("position")[rows])]
     mass, velocity = sim.grains.view("mass")[rows], full_step(sim, rows)[0].T
     total, *momentum = exact_sums([mass, *(mass * velocity)], sim.comm)[:, 0]
     if total == 0.0:
-        return np.zeros((3, 3))
+        return np.zeros((len(axes), len(axes)))
     fluctuation = velocity - (np.array(momentum) / total)[:, None]
-    products = [mass * fluctuation[i] * fluctuation[j] for i in range(3) for j in range(3)]
-    return exact_sums(products, sim.comm).reshape(3, 3)
+    products = [mass * fluctuation[i] * fluctuation[j] for i in axes for j in axes]
+    return exact_sums(products, sim.comm).reshape(len(axes), -1)

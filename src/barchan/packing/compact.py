@@ -23,7 +23,7 @@ def compact(sim, solid_fraction, by, how=Preparation(), steps=20_000):  # noqa: 
         sim: grains in a room: a box with periodic faces on all sides, six planes, a cylinder and two planes, or what is between.
         solid_fraction: wanted [1].
         by: "walls": all walls of the room close in, evenly from all sides, and stand still then; "growth": radii grow by one
-            factor, masses by its cube, so that the density stays.
+            factor, masses of spheres by its cube and of discs by its square, so that the density stays.
         how: a ``Preparation``.
         steps: in so many walls close in, or grains grow, before they come to rest.
 
@@ -93,12 +93,12 @@ class _Growth:
         looks = (sim.step_number - self._begun) // _GROW_EVERY
         now, before = (1.0 + (self._factor - 1.0) * count / self._times for count in (looks, looks - 1))
         sim.grains.radius *= now / before
-        sim.grains.mass *= (now / before) ** 3
+        sim.grains.mass *= (now / before) ** sim.shape.dimension
 
 
 def _grow(sim, room, factor, how, what):
     steps = what[-1]
-    note = begin(sim, how, what, {"factor": factor ** (1.0 / 3.0)}, lambda: None)
+    note = begin(sim, how, what, {"factor": factor ** (1.0 / sim.box.dimension)}, lambda: None)
     growth = _Growth(note["begun"], steps, note["factor"])
     sim.actions.append(growth)
     try:

@@ -10,7 +10,7 @@ import numpy as np
 from barchan.checkpoint import restore
 from barchan.errors import MaterialError, RunError, SceneError
 from barchan.measure import ContactStatistics, stress, unbalanced_force
-from barchan.measure.base import sphere_volume
+from barchan.measure.base import filled_volume
 from barchan.measure.sums import exact_sums
 from barchan.triggers import Every
 from barchan.words import shown
@@ -185,12 +185,12 @@ def end(sim):
 
 
 def solid_volume(sim):
-    """Volume of all grains [length^3].
+    """Volume of all grains [length^3], or in two dimensions their area [length^2].
 
     Raises:
         SceneError: there are none.
     """
-    volume = float(exact_sums((sphere_volume(sim.grains.view("radius")),), sim.comm)[0, 0])
+    volume = float(exact_sums((filled_volume(sim.grains.view("radius"), sim.box.dimension),), sim.comm)[0, 0])
     if volume == 0.0:
         raise SceneError("there are no grains to prepare a sample of; add_grains() comes first, before a resume, too")
     return volume

@@ -1,6 +1,7 @@
 """Random places at which grains of any sizes overlap nobody: thrown in anywhere, then pushed apart."""
 
 import warnings
+from math import comb
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from barchan.laws import Property, law
 from barchan.laws.vector import scale
 from barchan.materials import Material
 from barchan.measure import ContactStatistics
+from barchan.measure.base import filled_volume
 from barchan.packing.packing import Packing
 from barchan.parallel.comm import Serial
 from barchan.preflight import check_count
@@ -44,7 +46,7 @@ def scatter(box, radius, seed=0, most=20_000):
     ``press`` make denser samples of it. Each process of several does all of it, for itself.
 
     Args:
-        box: a ``Box``.
+        box: a ``Box``, of two dimensions, too: then they are pushed apart in the plane.
         radius: (n,) of the grains [length], such as ``Sieves(...).radii(seed, numpy.arange(n))``.
         seed: of the places, a whole number >= 0.
         most: it must be done after so many steps of pushing.
@@ -81,7 +83,7 @@ def scatter(box, radius, seed=0, most=20_000):
         if overlap <= APART:
             at_rest = np.zeros((len(radius), 3))
             return Packing(sim.grains.sorted_by_id("position"), radius, at_rest[:, 0].astype(np.int64), at_rest, box)
-    filled = float((4.0 / 3.0 * np.pi * radius**3).sum() / np.prod(box.length))
+    filled = float(filled_volume(radius, box.dimension).sum() / np.prod(box.span))
     raise RunError(
         f"scatter: after {most} steps grains still overlap by up to {overlap:.2g} of the smaller diameter; their solid "
         f"fraction is {filled:.3g}. Take fewer, or a larger box, and compact the sample; or allow more steps"
@@ -90,19 +92,21 @@ def scatter(box, radius, seed=0, most=20_000):
 
 def _cloud(box, radius, random):
     """The grains at random places, soft, and the heavier the more of them overlap one of that size: so none is pushed too far."""
-    room = np.where(box.periodic, 0.0, (1.0 + MARGIN) * radius[:, None])
+    dimension, closed = box.dimension, ~np.array(box.periodic) & (box.length > 0.0)
+    room = np.where(closed, (1.0 + MARGIN) * radius[:, None], 0.0)
     if (box.length < 2.0 * room.max(axis=0)).any():
         raise SceneError(f"scatter: a grain of radius {radius.max():g} does not fit between the faces of the box")
     material = Material("soft", density=1.0, push=STIFFNESS)
-    beyond = np.where(box.periodic, 0.0, 2.0 * radius.max())  # where grains may be pushed for a moment
-    sim = Simulation(Box(box.low - beyond, box.high + beyond, box.periodic), soft, material, dt=1.0, comm=Serial())
+    beyond = np.where(closed, 2.0 * radius.max(), 0.0)  # where grains may be pushed for a moment
+    around = Box(*(part[:dimension] for part in (box.low - beyond, box.high + beyond, box.periodic)))
+    sim = Simulation(around, soft, material, dt=1.0, comm=Serial())
     sim.max_overlap, sim.check_dt, sim.damping = np.inf, False, Damping(viscous=LOST)
-    for axis in np.flatnonzero(~np.array(box.periodic)):
+    for axis in np.flatnonzero(closed):
         normal = np.eye(3)[axis]
         sim.add_wall(Plane(box.low, normal))
         sim.add_wall(Plane(box.high, -normal))
     sim.add_grains(box.low + room + random.random((len(radius), 3)) * (box.length - 2.0 * room), (1.0 + MARGIN) * radius)
-    moments = [(radius**power).mean() for power in range(4)]
-    around = moments[3] + 3.0 * radius * moments[2] + 3.0 * radius**2 * moments[1] + radius**3
-    sim.grains.mass = 1.0 + 0.25 * len(radius) * 4.0 / 3.0 * np.pi * around / np.prod(box.length)
+    powers = [comb(dimension, k) * radius ** (dimension - k) * (radius**k).mean() for k in range(dimension + 1)]
+    within = filled_volume(1.0, dimension) * sum(powers)  # where the centres of those lie that touch it, on average
+    sim.grains.mass = 1.0 + 0.25 * len(radius) * within / np.prod(box.span)
     return sim

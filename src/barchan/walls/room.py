@@ -13,7 +13,7 @@ class Room:
     """A brick between pairs of planes and periodic faces, or a cylinder with two ends: what a laboratory loads a sample in.
 
     Along each axis the box is periodic, or two planes face each other; or a cylinder goes along one axis, with grains inside,
-    and stands for the other two. Walls may move as they like, but not turn.
+    and stands for the other two. Walls may move as they like, but not turn. In two dimensions there is nothing along z.
 
     Args:
         sim: the simulation. Walls of other kinds, and grains outside, are left alone.
@@ -45,17 +45,18 @@ class Room:
 
     @property
     def size(self):
-        """Its lengths along x, y and z; of a cylinder the diameter across its axis, (3,) [length]."""
+        """Its lengths along x, y and z; of a cylinder the diameter across its axis; 1 across two dimensions, (3,) [length]."""
         return np.array([self._length(axis) for axis in range(3)])
 
     @property
     def volume(self):
-        """[length^3]."""
+        """[length^3], in two dimensions the area [length^2]."""
         x, y, z = self.size.tolist()
         return x * y * z * (1.0 if self.side is None else 0.25 * math.pi)
 
     def area(self, wall):
-        """The area of one of its walls, for the ``area`` of a control: a function of the simulation [length^2].
+        """The area of one of its walls, for the ``area`` of a control: a function of the simulation [length^2]; in a plane, its
+        length.
 
         Raises:
             SceneError: the wall is none of the room's.
@@ -99,7 +100,7 @@ class Room:
         if self._is_across_the_side(axis):
             return 2.0 * self.side.radius
         if not self.ends[axis]:
-            return float(self._box.length[axis])
+            return float(self._box.span[axis])
         low, high = (float(wall.point[axis]) for wall in self.ends[axis])
         return high - low
 
@@ -126,8 +127,8 @@ def _side(sim):
 
 
 def _ends(sim, axis):
-    """The low and the high plane across an axis; () if it is periodic."""
-    if sim.box.periodic[axis]:
+    """The low and the high plane across an axis; () if it is periodic, or has no extent."""
+    if sim.box.periodic[axis] or axis >= sim.box.dimension:
         return ()
     planes = [wall for wall in sim.walls if isinstance(wall, Plane) and _axis_of(wall) == axis]
     low, high = ([plane for plane in planes if sign * plane.normal[axis] > 0.0] for sign in (1, -1))
