@@ -11,6 +11,7 @@ import barchan as bc
 from barchan.errors import SceneError
 from barchan.measure import coarse_grain, contact_table, fabric, solid_fraction, strain, stress, void_ratio
 from barchan.packing import Preparation, compact, press, read_packing, scatter
+from barchan.packing.scatter import _cloud
 from barchan.view.grains import draw_plane
 from barchan.view.style import figure
 from barchan.walls import Room
@@ -169,6 +170,18 @@ def test_scattered_grains_overlap_nobody_in_the_plane(periodic):
     assert (found.position[:, :2] >= box.low[:2] + room).all() and (found.position[:, :2] <= box.high[:2] - room).all()
     assert not found.position[:, 2].any()
     assert np.abs((found.position - box.low).mean(axis=0)[:2] / edge - 0.5).max() < 0.07, "they fill all of the box"
+
+
+def test_thrown_grains_are_the_heavier_the_more_they_overlap():
+    """A quarter of one for each that overlaps one of this size, on average, as it is counted among them."""
+    radius = np.repeat([0.2, 1.0], [1500, 300])
+    sim = _cloud(bc.Box((0, 0), (40, 40), (True, True)), radius, np.random.default_rng(2))
+    position, mass = sim.grains.sorted_by_id("position"), sim.grains.sorted_by_id("mass")
+    away = np.linalg.norm(sim.box.difference(position[:, None], position[None]), axis=2)
+    overlapped = (away < radius[:, None] + radius).sum(axis=1) - 1
+    for size in (0.2, 1.0):
+        chosen = radius == size
+        assert (mass[chosen].mean() - 1.0) / 0.25 == pytest.approx(overlapped[chosen].mean(), rel=0.1)
 
 
 def test_too_many_discs_are_told_of_by_their_area():

@@ -1,6 +1,7 @@
 """Two dimensions: the neighbour list against a look at every pair, one layer of cells, and what the choice of classes counts."""
 
 import warnings
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from neighbours import SHORTEST, assert_its_lists_are_right, make
 from scenes import NOTHING, simulation
 
 import barchan as bc
+from barchan.domain import Box
 from barchan.kernels.cells import SHAPE
+from barchan.neighbors import classes
 from barchan.neighbors.classes import Survey, divide
 from barchan.neighbors.grid import grids_around
 from barchan.parallel import virtual_ranks
@@ -137,6 +140,25 @@ def test_as_many_discs_by_area_are_searched_as_dear_as_they_are():
     assert divide(dense, 0.1, ()).seconds > divide(loose, 0.1, ()).seconds
     assert divide(dense, 0.1, ()).per_cell == pytest.approx([44.1]) and divide(deep, 0.1, ()).per_cell == pytest.approx([46.305])
     assert divide(deep, 0.1, ()).seconds > 1.5 * divide(dense, 0.1, ()).seconds, "two lines of cells are looked at, not five"
+
+
+def only(**prices):
+    """The cost model with all prices 0 but some."""
+    names = ("GRAIN", "LINE", "EIGHT", "LISTED", "LIST", "LIST_LINE", "LIST_GRAIN", "CELL", "SPARSELY", "CLASS")
+    return patch.multiple(classes, **(dict.fromkeys(names, 0.0) | prices))
+
+
+def test_the_model_knows_how_many_larger_grains_are_near():
+    """Of discs thrown at random, few of them, against a count; and how many lines of their cells a disc looks at."""
+    rng, edge, reach = np.random.default_rng(4), 100.0, 0.1
+    sizes = Survey(np.array([0.5, 4.0]), np.array([100, 20]), edge**2, 2)
+    away = Box((0, 0), (edge, edge), (True, True)).difference(rng.random((4000, 1, 3)) * edge, rng.random((1, 200, 3)) * edge)
+    near = np.count_nonzero((away[..., :2] ** 2).sum(axis=-1) < (4.5 + reach) ** 2) / 4000 / 10  # for 20 of the 200
+    with only(LISTED=8.0):
+        assert 1e9 * divide(sizes, reach, (0.5,)).seconds / 100 / 9.0 == pytest.approx(near, rel=0.05)
+    with only(LIST_LINE=1.0):
+        lines = 1.0 + 2.0 * (4.5 + reach) / (8.0 + reach)  # that an interval meets at random
+        assert 1e9 * divide(sizes, reach, (0.5,)).seconds / 100 == pytest.approx(lines)
 
 
 def test_a_layer_of_grains_in_three_dimensions_is_a_plane_too():
