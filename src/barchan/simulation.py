@@ -137,7 +137,7 @@ class Simulation(Assembly):
         self.topology = self.balance.shared(self, scope.sizes.widest)
         old_list = self.contacts if self._listed else None
         rows, known, origin = rehome(self.comm, self.topology, self.grains, old_list, self._rows, scope.cutoff)
-        grids = grids_around(self.grains, self.topology.bounds(self.comm.rank), self.box, self.size_classes.largest, scope.reach)
+        grids = grids_around(self.grains, self.topology.bounds(self.comm.rank), self.box, self.size_classes, scope.reach)
         start, order = self._sort_in_space(grids)
         self.ghosts.build(self.grains, self.topology, grids, start, scope.reach)
         self.contacts.build(self.grains, self.walls, grids, start, scope.reach)

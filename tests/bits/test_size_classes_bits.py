@@ -16,6 +16,7 @@ from barchan.checkpoint import collect, restore, save
 from barchan.compare import differences
 from barchan.kernels import cells, compiler
 from barchan.measure import contact_table
+from barchan.neighbors.classes import STRATEGIES
 from barchan.parallel import virtual_ranks
 
 STEPS, EDGE = 150, 2.52
@@ -96,6 +97,23 @@ def test_the_state_is_worth_testing():
 def test_classes_threads_and_ranks_change_no_bit(law, cuts, threads, ranks):
     found = virtual_ranks(ranks, final_state, law, CUTS[cuts], threads, lambda step: step % 7 == 3)
     assert differences(plain(law), found[-1]) == []
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES[1:])
+@pytest.mark.parametrize(("threads", "ranks"), [(2, 1), (1, 3)], ids=str)
+def test_strategies_change_no_bit(strategy, threads, ranks):
+    """Nor does a change of them on the way."""
+
+    def program():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            sim = mixture(cuts=CUTS["three"], threads=threads)
+            sim.run(30)
+            sim.size_classes.strategy = strategy
+            sim.run(STEPS - 30)
+        return collect(sim)
+
+    assert differences(plain(bc.laws.hertz_mindlin), virtual_ranks(ranks, program)[-1]) == []
 
 
 @pytest.mark.parametrize("ranks", [1, 3])

@@ -7,6 +7,7 @@ import numpy as np
 from scenes import NOTHING, simulation
 
 from barchan.kernels import cells
+from barchan.neighbors.classes import STRATEGIES
 from barchan.parallel import virtual_ranks
 
 #: Edge of the box in cut-offs: the shortest period that is allowed holds two cells; without a period, fewer will do.
@@ -15,8 +16,8 @@ SHORTEST = 2.0 + 1e-9
 
 @contextmanager
 def grids_of(scene):
-    """Grids with a place for every cell, or sparse ones, with few places for all of them."""
-    limits = {"DENSE": 0, "FEWEST": 7, "SPARSE": 1} if scene["sparse"] else {}
+    """Grids with a place for every cell, or sparse ones, with few places for all of them (that of small cells never is)."""
+    limits = {"DENSE": 0, "FEWEST": 7, "SPARSE": 1} if scene["sparse"] and scene.get("strategy") != "multi" else {}
     with patch.multiple(cells, **limits) if limits else patch.object(cells, "DENSE", cells.DENSE):
         yield
 
@@ -25,6 +26,7 @@ def make(scene):
     sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
     sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], 1e9, False
     sim.size_classes.separators, sim.balance.when = scene["separators"], scene.get("shared anew", "it pays")
+    sim.size_classes.strategy = scene.get("strategy", STRATEGIES[0])
     sim.add_grains(
         scene["position"], scene["radius"], velocity=scene["velocity"] * ~scene["frozen"][:, None], frozen=scene["frozen"]
     )

@@ -81,7 +81,7 @@ def two_sizes(**options):
 def grids_of(sim):
     sim.prepare()
     bounds, scope = sim.topology.bounds(sim.comm.rank), sim._scope
-    return grids_around(sim.grains, bounds, sim.box, sim.size_classes.largest, scope.reach)
+    return grids_around(sim.grains, bounds, sim.box, sim.size_classes, scope.reach)
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])

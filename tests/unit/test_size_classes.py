@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 from neighbours import SHORTEST, assert_its_lists_are_right, listed_pairs, make
 
 import barchan as bc
-from barchan.kernels import cells
+from barchan.errors import SceneError
+from barchan.kernels import cells, stencils
+from barchan.neighbors import search
+from barchan.neighbors.classes import STRATEGIES
+from barchan.neighbors.grid import grids_around
+
+STILL = {"velocity": np.zeros((1, 3)), "frozen": np.zeros(1, dtype=bool), "separators": None, "sparse": False}
 
 pytestmark = pytest.mark.filterwarnings("ignore:step .* overlap by more than")
 
@@ -41,6 +47,7 @@ def crowds(draw):
         "separators": draw(st.sampled_from(separators)),
         "sparse": draw(st.booleans()),
         "shared anew": draw(st.sampled_from(["it pays", "never"])),
+        "strategy": draw(st.sampled_from([STRATEGIES[0], *STRATEGIES])),
     }
 
 
@@ -57,6 +64,53 @@ def test_small_grains_find_large_ones(ranks, scene):
 @settings(max_examples=2000)
 def test_small_grains_find_large_ones_in_thousands_of_trials(ranks, scene):
     assert_its_lists_are_right(ranks, scene)
+
+
+def test_one_grid_of_small_cells_is_searched_with_larger_stencils():
+    """Of 100 large grains and 900 small ones, whose cells are as small as these want; all in one grid."""
+    rng = np.random.default_rng(2)
+    radius = np.repeat([1.0, 0.2], [100, 900])
+    scene = {"box": bc.Box((0, 0, 0), (9, 9, 9), (True,) * 3), "skin": 0.05, "radius": radius, "strategy": "multi"}
+    scene |= {"position": rng.random((1000, 3)) * 9.0, "velocity": np.zeros((1000, 3)), "frozen": radius < 0.0}
+    scene |= {"separators": (0.5,), "sparse": False}
+    with patch.object(search.stencils, "find_pairs_widely", side_effect=stencils.find_pairs_widely) as wide:
+        assert_its_lists_are_right(1, scene)
+        sim = make(scene)
+        sim.prepare()
+    assert wide.called and "strategy multi" in str(sim.size_classes)
+    grid = grids_around(sim.grains, (sim.box.low, sim.box.high), sim.box, sim.size_classes, 0.05)
+    assert grid.tables[:, cells.SHAPE].tolist() == [[20, 20, 20]]  # cells of 0.45; 8 for each grain
+
+
+@pytest.mark.parametrize(("strategy", "cell", "wanted"), [("multi", 0.3, 0.3), ("hierarchical", 0.3, 0.45), ("multi", 1.0, 1.0)])
+def test_cells_may_be_of_another_size(strategy, cell, wanted):
+    rng = np.random.default_rng(3)
+    radius = np.repeat([1.0, 0.2], [5, 4000])
+    scene = {"box": bc.Box((0, 0, 0), (9, 9, 9), (True,) * 3), "skin": 0.05, "radius": radius, "strategy": strategy}
+    scene |= {"position": rng.random((4005, 3)) * 9.0, "velocity": np.zeros((4005, 3)), "frozen": radius < 0.0}
+    sim = make(scene | {"separators": (0.5,), "sparse": False})
+    sim.size_classes.cell = cell
+    sim.prepare()
+    grid = grids_around(sim.grains, (sim.box.low, sim.box.high), sim.box, sim.size_classes, 0.05)
+    assert 1.0 / grid.tables[0, cells.INVERSE] == pytest.approx(9.0 / np.floor(9.0 / wanted))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"strategy": "bin"}, r"size_classes\.strategy = 'bin' must be one of 'hierarchical', 'multi', 'single grid'"),
+        ({"strategy": None}, r"size_classes\.strategy = None must be one of"),
+        ({"cell": 0.0}, r"size_classes\.cell = 0\.0 \[length\] must be None, or a number > 0"),
+        ({"cell": np.nan}, r"size_classes\.cell = nan"),
+        ({"cell": "wide"}, r"size_classes\.cell = 'wide'"),
+    ],
+)
+def test_a_way_to_search_that_is_none(wrong, message):
+    sim = make({"box": bc.Box((0,) * 3, (9,) * 3), "skin": 0.1, "position": np.ones((1, 3)), "radius": np.ones(1)} | STILL)
+    for name, value in wrong.items():
+        setattr(sim.size_classes, name, value)
+    with pytest.raises(SceneError, match=message):
+        sim.prepare()
 
 
 @pytest.mark.parametrize("height", [0.95, 1.2])

@@ -31,6 +31,10 @@ SLIGHT = 1.2
 GRAIN, LINE, EIGHT, LISTED, LIST, LIST_LINE, LIST_GRAIN = 40.0, 2.0, 4.0, 4.0, 60.0, 6.0, 3.0
 CELL, SPARSELY, CLASS = 1.5, 150.0, 4e4
 
+#: Ways to search. "hierarchical": a grid for each class (Stratford et al. 2018, section 3). "multi": one grid of cells as small
+#: as the smallest class wants, and larger stencils for larger grains (section 2.1). "single grid": cells that fit the largest.
+STRATEGIES = ("hierarchical", "multi", "single grid")
+
 #: Lines around a cell of which a grain looks at those that come later, in half the cases its own: in space, in a plane.
 LINES = {3: 5.0, 2: 2.0}
 
@@ -131,6 +135,9 @@ class SizeClasses:
     Attributes to set at any time between runs:
         separators: radii [length]: grains up to the first are a class, those above it up to the second another, and so on; ()
             makes one class of all. None: those that cost least are chosen from the radii, anew when they have become too dear.
+        strategy: one of ``STRATEGIES``; all but the first are there to be compared with it.
+        cell: edge of the cells of the smallest class [length]; smaller than what two of its grains span only with "multi". None:
+            what they span.
 
     Attributes to read:
         choice: the ``Choice`` of now; None before the first.
@@ -140,10 +147,11 @@ class SizeClasses:
     As text, they tell all of this.
     """
 
-    __slots__ = ("_chosen", "choice", "ghosts", "seconds", "separators")
+    __slots__ = ("_chosen", "cell", "choice", "ghosts", "seconds", "separators", "strategy")
 
     def __init__(self):
         self.separators, self.choice, self.ghosts, self.seconds, self._chosen = None, None, None, None, None
+        self.strategy, self.cell = STRATEGIES[0], None
 
     def __str__(self):
         if self.choice is None:
@@ -157,6 +165,7 @@ class SizeClasses:
         predicted = f"a search takes one core {self.choice.seconds:.2g} s by the cost model"
         measured = "" if self.seconds is None else f", took {self.seconds:.2g} s here"
         chosen = "chosen" if self.separators is None else "as given"
+        chosen = chosen if self.strategy == STRATEGIES[0] else f"{chosen}; strategy {self.strategy}"
         return f"{len(parts)} ({chosen}): {'; '.join(parts)}; {predicted}{measured}"
 
     def suit(self, sizes, reach):
@@ -188,8 +197,12 @@ class SizeClasses:
         """``separators`` as an array, or None.
 
         Raises:
-            SceneError: they cannot be used.
+            SceneError: they cannot be used, or ``strategy`` or ``cell`` cannot.
         """
+        if self.strategy not in STRATEGIES:
+            raise SceneError(f"size_classes.strategy = {shown(self.strategy)} must be one of {', '.join(map(repr, STRATEGIES))}")
+        if self.cell is not None and not (isinstance(self.cell, (int, float)) and 0.0 < self.cell < np.inf):
+            raise SceneError(f"size_classes.cell = {shown(self.cell)} [length] must be None, or a number > 0")
         if self.separators is None:
             return None
         try:
@@ -205,8 +218,15 @@ class SizeClasses:
 
     @property
     def largest(self):
-        """Radius of the largest grain of each class, ascending (classes,) [length]."""
-        return self.choice.largest
+        """Radius of the largest grain in each grid, ascending (grids,) [length]."""
+        return self.choice.largest if self.strategy == STRATEGIES[0] else self.choice.largest[-1:]
+
+    def edges(self, reach):
+        """Edge of the cells of each grid (grids,) [length], where surfaces up to ``reach`` apart are neighbours [length]."""
+        edges = 2.0 * (self.choice.largest[:1] if self.strategy == "multi" else self.largest) + reach
+        if self.cell is not None:
+            edges[0] = self.cell if self.strategy == "multi" else max(self.cell, edges[0])
+        return edges
 
 
 class _Model:

@@ -18,7 +18,7 @@ class Scope:
     """
 
     def __init__(self):
-        self.skin, self.law_reach, self.sizes, self._separators = None, 0.0, None, None
+        self.skin, self.law_reach, self.sizes, self._separators, self._way = None, 0.0, None, None, None
 
     @property
     def reach(self):
@@ -40,10 +40,11 @@ class Scope:
             Whether a list that was made before is no good.
 
         Raises:
-            SceneError: ``size_classes.separators`` cannot be used.
+            SceneError: ``size_classes`` has what cannot be used.
         """
         separators, before = sim.size_classes.checked(), (self.skin, self.law_reach)
-        stale = not (listed and np.array_equal(separators, self._separators))
+        way = sim.size_classes.strategy, sim.size_classes.cell
+        stale = not (listed and np.array_equal(separators, self._separators) and way == self._way)
         if stale:
             self.sizes = survey(sim.comm, sim.box, sim.grains.block("place"), () if separators is None else separators)
         self.skin = sim.skin if sim.skin is not None else DEFAULT_SKIN * 2.0 * self.sizes.typical
@@ -51,5 +52,5 @@ class Scope:
         stale = stale or before != (self.skin, self.law_reach)
         if stale:
             sim.size_classes.suit(self.sizes, self.reach)
-            self._separators = separators
+            self._separators, self._way = separators, way
         return stale

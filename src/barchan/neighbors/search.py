@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from barchan.kernels import border, cells
+from barchan.kernels import border, cells, stencils
 from barchan.kernels import pairs as kernels
 from barchan.kernels.compiler import shares
 from barchan.kernels.lanes import LANES
-from barchan.kernels.larger import Search
+from barchan.kernels.larger import ROUNDING, Search
 
 
 class Pairs(NamedTuple):
@@ -122,6 +122,9 @@ def _way(search, number):
     sparse grid its rows."""
     begin, over = search.first[number], search.first[number + 1]
     rows = search.start[begin] + shares(search.start[over] - search.start[begin])
+    shape, inverse = search.tables[number, cells.SHAPE], search.tables[number, cells.INVERSE]
+    if ((shape > 1.0) & (inverse * (2.0 * search.largest[number] + search.reach) > 1.0 + ROUNDING)).any():
+        return stencils.find_pairs_widely, rows
     if np.prod(search.tables[number, cells.SHAPE]) > over - begin:
         return kernels.find_pairs_sparsely, rows
     parts = np.searchsorted(search.start[begin : over + 1], rows).astype(np.uint64)
