@@ -191,9 +191,14 @@ def selftest(threads: Threads = None):
         raise typer.Exit(3)
 
 
+_BENCHES = "chute, dense, dense-1m, dense-2x30000, avalanche, rebuild, gas, small"
+_SIZES = "bidisperse-10 (-20, -40), dunkirk-10 (-20, -40), exponential-50, flat-100"
+
+
 @app.command()
 def bench(
-    case: Annotated[str, typer.Argument(help="chute, dense, dense-1m, dense-2x30000, avalanche, rebuild, gas, small")],
+    name: Annotated[str, typer.Argument(help=f"{_BENCHES}, size-classes", metavar="CASE")],
+    case: Annotated[str | None, typer.Option(help=f"of size-classes: {_SIZES}")] = None,
     threads: Annotated[int, typer.Option(min=1, help="threads of barchan and of LAMMPS' OPENMP package")] = 1,
     ranks: Annotated[int, typer.Option(min=1, help="MPI ranks of barchan and of LAMMPS")] = 2,
     json: Annotated[
@@ -203,12 +208,15 @@ def bench(
     """Time barchan beside other DEM codes found on this machine, in turns: minutes, the cases of 1,000,000 grains longer."""
     from barchan.bench import benchmark, results
 
+    if (name == "size-classes") != (case is not None):
+        raise SceneError(f"barchan bench {name}: --case goes with size-classes: barchan bench size-classes --case bidisperse-10")
+    case = case or name
     signal.signal(signal.SIGTERM, _interrupted)  # no code of the benchmark shall outlive it
     path = json or Path("runs") / "bench" / f"{case}.json"
     results.check_path(path)
     result = benchmark.run(case, threads, ranks, Journal())
     typer.echo("\n".join(results.lines(result)))
-    typer.echo(f"  written: {path}, {results.write(result, path)}")
+    typer.echo(f"  written: {', '.join(map(str, [path, *results.write(result, path)]))}")
 
 
 @app.command()

@@ -14,13 +14,20 @@ class Engine:
     rank, version = 0, "fake 1"
 
     def __init__(self, mischief, pace):
-        self.mischief, self.pace, self.runs = mischief, pace, 0
+        self.mischief, self.pace, self.runs, self.slower = mischief, pace, 0, 1.0
 
     def set_up(self, case, skin):
         self.case, self.skin = case, skin
         if self.mischief == "compile" and not os.path.exists(os.environ["BARCHAN_CACHE_DIR"]):
             time.sleep(1.0)
             os.mkdir(os.environ["BARCHAN_CACHE_DIR"])
+
+    def divide(self, ends, cells):
+        """The best is 0.3 with cells of 1."""
+        self.slower = 1.0 + abs(ends[0] - 0.3) + abs((1.0 if cells is None else cells) - 1.0)
+
+    def ghosts(self):
+        return 17
 
     def run(self, steps, forced):
         """The best skin is 0.1; without counting, time passes as it should."""
@@ -33,7 +40,7 @@ class Engine:
         if late and self.mischief == "raise":
             raise ValueError("no more grains")
         rebuilds = steps if forced else steps // (50 if self.mischief == "lazy" else 5)
-        return self.pace * (1.0 + abs(self.skin - 0.1)) * steps * (2.0 if forced else 1.0), rebuilds
+        return self.slower * self.pace * (1.0 + abs(self.skin - 0.1)) * steps * (2.0 if forced else 1.0), rebuilds
 
     def observe(self):
         factor = {"other": 0.9, "nan": float("nan")}.get(self.mischief, 1.0)

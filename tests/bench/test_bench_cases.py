@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 
-from barchan.bench import cases, states
+from barchan.bench import cases, graded, states
 from barchan.bench.observed import count_contacts
 from barchan.errors import SceneError
 from barchan.laws.viscoelastic import hertz, silbert
@@ -47,6 +47,31 @@ def test_case_is_sound(name, journal):
     assert list(case.skins) == sorted(case.skins) and (len(case.skins) >= 4)
     assert case.steps >= 1000 and case.rounds >= 5
     assert not case.grains.velocity[case.grains.frozen].any()
+
+
+@pytest.mark.parametrize(("name", "part", "count"), [("bidisperse-10", 40, 711_657), ("dunkirk-10", 80, 712_333)])
+def test_samples_of_wide_distributions_are_what_they_are_called(name, part, count, made, journal):
+    """A small part of each: its grains, its ratio, its solid fraction, and nobody overlaps."""
+    kind, _, ratio = name.partition("-")
+    make = getattr(graded, kind)
+    case = make(int(ratio), part)(journal)
+    radius, volume = case.grains.radius, np.prod(case.high)
+    assert case.name == name and case.count == pytest.approx(count / part, rel=0.05) and case.forced and case.ends
+    assert radius.max() / radius.min() == pytest.approx(float(ratio), rel=0.15 if kind == "dunkirk" else 0.01)
+    filled = {"bidisperse": 0.46, "dunkirk": 0.303}[kind]
+    assert 4.0 / 3.0 * np.pi * (radius**3).sum() / volume == pytest.approx(filled, rel=0.08)
+    assert count_contacts(case, {"position": case.grains.position}) == 0
+    assert case.skins[0] * case.diameter == pytest.approx(0.5)
+
+
+def test_mass_falls_exponentially():
+    """To 1/e over 4: half of it between 1 and 1 + 4 ln 2. With so many grains in the paper's box they fill half of it."""
+    radius = graded.exponential_radii(2_000_000)
+    assert 2.0 * radius.max() == 50.0 and 2.0 * radius.min() == pytest.approx(1.0, rel=1e-3)
+    mass = radius[radius < 25.0] ** 3
+    assert mass[2.0 * radius[radius < 25.0] < 1.0 + 4.0 * np.log(2.0)].sum() == pytest.approx(0.5 * mass.sum(), rel=0.02)
+    count, edge, *_ = graded.EXPONENTIAL
+    assert 4.0 / 3.0 * np.pi * mass.mean() * count / edge**3 == pytest.approx(0.5, rel=0.02)
 
 
 def test_gas_is_dilute_fast_and_without_overlap(journal):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from barchan.bench import cases, comparison, peers, results
+from barchan.bench.case import Grains
 from barchan.bench.peers import lammps
 from barchan.report import Journal
 
@@ -74,6 +75,31 @@ def test_two_ranks_and_openmp_run_and_a_rebuild_is_forced():
     rows = rows_of(case, ("barchan-1", "lammps-2", "lammps-omp"))
     assert set(rows) == {"barchan-1", "lammps-2", "lammps-omp"}
     assert all(row.get("same_work") and row["rebuilds"] == 5 for row in rows.values()), rows
+
+
+def test_codes_that_are_told_size_classes_try_all_and_do_the_same_work():
+    """LAMMPS with each size of cells, barchan in a grid for each class and in one for all."""
+    rng, sites = np.random.default_rng(1), np.stack(np.unravel_index(np.arange(27 * 64), (12, 12, 12)), axis=1)
+    large = np.all(sites % 6 == 2, axis=1)  # in the place of their neighbours, too
+    near = (np.abs(sites[:, None] - sites[large]) <= 1).all(axis=2).any(axis=1)
+    position = 1.005 * (sites + 0.5)[~near | large] + rng.uniform(-0.03, 0.03, (np.sum(~near | large), 3))
+    radius = np.where(large[~near | large], 1.5, 0.5)
+    still = np.zeros(position.shape)
+    velocity = rng.normal(scale=1.0, size=position.shape)
+    grains = Grains(position, radius, np.ones(len(radius)), velocity, still, radius < 0.0)
+    case = cases.gas(None, count=8)._replace(grains=grains, high=(12.06,) * 3, steps=3, scan_steps=2, rounds=2, skins=(0.03,))
+    case = case._replace(forced=True, ends=((0.7,), (1.0,)), cells=(0.5, 1.0))
+    wanted = [
+        peer for peer in peers.find(1, 1, wide=radius) if peer.name in ("barchan-1", "barchan-told", "barchan-multi", "lammps-1")
+    ]
+    entries, _ = comparison.compare(case, wanted, Journal(stream=io.StringIO()))
+    rows = {entry.peer.name: results.row(entry, entries[0], case) for entry in entries}
+    assert all(row.get("same_work") for row in rows.values()), rows
+    assert rows["barchan-1"]["contacts_per_grain"] > 0.01
+    assert "divisions" not in rows["barchan-1"] and len(rows["barchan-told"]["divisions"]) == 2
+    assert len(rows["lammps-1"]["divisions"]) == len(rows["barchan-multi"]["divisions"]) == 4
+    assert rows["lammps-1"]["divisions"][0].keys() == {"ends", "cells", "seconds"}
+    assert [(one["ends"], one["cells"]) for one in rows["lammps-1"]["divisions"]][:2] == [((0.7,), 0.5), ((0.7,), 1.0)]
 
 
 def test_peers_that_are_not_there_say_so(monkeypatch):

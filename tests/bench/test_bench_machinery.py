@@ -160,7 +160,7 @@ def test_the_result_is_json_in_the_agreed_form_with_a_table_and_a_figure(case, t
     result = benchmark.measure(case, peers, quiet())
     results.check_path(tmp_path / "new" / "x.json")
     assert not (tmp_path / "new").exists()
-    picture = results.write(result, tmp_path / "new" / "x.json")
+    [picture] = results.write(result, tmp_path / "new" / "x.json")
     assert picture == tmp_path / "new" / "x.png" and picture.read_bytes()[1:4] == b"PNG"
     read = json.loads((tmp_path / "new" / "x.json").read_text())
     assert read == result
@@ -175,6 +175,23 @@ def test_the_result_is_json_in_the_agreed_form_with_a_table_and_a_figure(case, t
     assert "the machine was not quiet: ratios of slow differ by more than 40%" in results.lines(result)[-1]
     for word in ("slow", "3.00 (3.00-3.00)", "absent", "not run: not installed (say why)", "first start"):
         assert word in text
+
+
+@pytest.mark.parametrize("ends", [[(0.2,)], [(0.2,), (0.3,), (0.2, 0.3)]])
+def test_a_code_that_is_told_tries_each_division_and_keeps_the_best(case, ends, tmp_path):
+    peers = [fake("ours"), fake("classes")._replace(told=True), fake("cells")._replace(told=True, cells=True, ranks=2)]
+    case = case._replace(ends=tuple(ends), cells=(0.5, 1.0, 2.0), forced=True, skins=(0.1,), steps=4, scan_steps=4)
+    result = benchmark.measure(case, peers, quiet())
+    ours, classes, cells = result["rows"]
+    assert "divisions" not in ours and "ghosts" not in ours and cells["ghosts"] == 17
+    assert [(one["ends"], one["cells"]) for one in classes["divisions"]] == [(end, None) for end in ends]
+    assert len(cells["divisions"]) == 3 * len(ends) and all(len(one["seconds"]) == 2 for one in cells["divisions"])
+    assert cells["division"] == f"classes to {0.3 if len(ends) > 1 else 0.2}, cells 1"
+    assert cells["ratio_median"] == pytest.approx(1.0 if len(ends) > 1 else 1.1)
+    pictures = results.write(result, tmp_path / "x.json")
+    assert [picture.name for picture in pictures] == ["x.png", "x-divisions.png"]
+    text = "\n".join(results.lines(result))
+    assert f"searched in {cells['division']}" in text and "17 ghosts on the first rank" in text
 
 
 def test_the_first_start_finds_nothing_compiled_and_the_second_all(case):

@@ -32,7 +32,7 @@ def run(name, threads=1, ranks=2, journal=None):
         raise SceneError(f"--threads = {threads}: this process may use {default_threads()} core(s); give no more than that")
     journal = journal or Journal()
     case = cases.make(name, journal)
-    return measure(case, peers.find(threads, ranks), journal)
+    return measure(case, peers.find(threads, ranks, wide=case.grains.radius if case.ends else None), journal)
 
 
 def measure(case, codes, journal):
@@ -42,7 +42,7 @@ def measure(case, codes, journal):
     return {
         "case": case.name,
         "title": case.title,
-        "of": "rebuild" if case.forced else "step",
+        "of": case.of,
         "grains": case.count,
         "steps": steps,
         "rounds": case.rounds,

@@ -45,6 +45,23 @@ class Constants(NamedTuple):
     friction: float
 
 
+class Division(NamedTuple):
+    """How a code that has to be told searches grains of very different sizes.
+
+    Attributes:
+        ends: radii at which a size class ends, the last class apart, ascending [length]; () is one class of all.
+        cells: edge of the cells of the smallest class, relative to how far apart the centres of two of its grains may be that are
+            listed; None: what the code takes by itself.
+    """
+
+    ends: tuple
+    cells: float | None = None
+
+    def __str__(self):
+        ends = f"classes to {', '.join(f'{end:.3g}' for end in self.ends)}" if self.ends else "one class"
+        return ends if self.cells is None else f"{ends}, cells {self.cells:g}"
+
+
 class Case(NamedTuple):
     """A benchmark.
 
@@ -58,6 +75,8 @@ class Case(NamedTuple):
         steps: of one timing. scan_steps: of one look at a skin. rounds: timings of each code.
         skins: to choose from, relative to the largest diameter, ascending.
         forced: True times one rebuild (steps that all rebuild less steps that never do) instead of one step.
+        ends: to choose from, as ``Division`` has them; () where sizes hardly differ. cells: the same, for codes that take them.
+        scans: how often each division is timed.
     """
 
     name: str
@@ -76,6 +95,9 @@ class Case(NamedTuple):
     rounds: int = 7
     skins: tuple = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28)
     forced: bool = False
+    ends: tuple = ()
+    cells: tuple = (0.5, 1.0, 1.5, 2.0, 3.0)
+    scans: int = 2
 
     @property
     def count(self):
@@ -83,9 +105,20 @@ class Case(NamedTuple):
         return len(self.grains.radius)
 
     @property
+    def of(self):
+        """What is timed: a "rebuild" or a "step"."""
+        return "rebuild" if self.forced else "step"
+
+    @property
     def diameter(self):
         """The largest diameter [length]."""
         return 2.0 * float(self.grains.radius.max())
+
+    def divisions(self, peer):
+        """What a ``Peer`` has to try: some ``Division``, or none."""
+        if not peer.told:
+            return ()
+        return tuple(Division(ends, cells) for ends in self.ends for cells in (self.cells if peer.cells else (None,)))
 
     def first(self, count):
         """The same case with the first ``count`` grains that move: what a code needs before it has any work."""
@@ -104,4 +137,5 @@ class Case(NamedTuple):
         with np.load(Path(folder) / "grains.npz", allow_pickle=False) as saved:
             values["grains"] = Grains(**{name: saved[name] for name in saved.files})
         values["constants"] = Constants(**values["constants"])
+        values["ends"] = [tuple(ends) for ends in values["ends"]]
         return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in values.items()})

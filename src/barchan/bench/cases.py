@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from barchan.bench import states
+from barchan.bench import graded, states
 from barchan.bench.case import Case, Constants, Grains
 from barchan.bench.peers.lammps import share_folder
 from barchan.errors import SceneError
@@ -32,9 +32,10 @@ def make(name, journal=None):
     Raises:
         SceneError: there is no such case, or what it needs is not installed.
     """
-    if name not in CASES:
-        raise SceneError(f"no case {shown(name)}; {nearest(name, CASES)} (barchan bench {' | '.join(CASES)})")
-    return CASES[name](journal or Journal())
+    known = CASES | SIZE_CLASSES
+    if name not in known:
+        raise SceneError(f"no case {shown(name)}; {nearest(name, known)} (barchan bench {' | '.join(known)})")
+    return known[name](journal or Journal())
 
 
 def chute(journal):
@@ -187,6 +188,18 @@ CASES = {
     "rebuild": rebuild,
     "gas": gas,
     "small": small,
+}
+
+#: Those of grains of very different sizes.
+SIZE_CLASSES = {
+    "bidisperse-10": graded.bidisperse(10),
+    "bidisperse-20": graded.bidisperse(20),
+    "bidisperse-40": graded.bidisperse(40),
+    "dunkirk-10": graded.dunkirk(10),
+    "dunkirk-20": graded.dunkirk(20),
+    "dunkirk-40": graded.dunkirk(40),
+    "exponential-50": graded.exponential(),
+    "flat-100": graded.flat(),
 }
 
 

@@ -32,6 +32,9 @@ class Entry:
         reason: why it was not run, or not to the end; None if it was.
         scan, pace: skin -> seconds and rebuilds of a step.
         skin: the best one, relative to the largest diameter.
+        trials: seconds that a rebuild took with each ``Division``, time after time. division: the best of them; None if there was
+            no choice.
+        ghosts: on the first rank, at the end: grains of other ranks, each once; None without ranks.
         contacts, energy: after ``CHECKED_STEPS`` steps.
         idle, resident: memory before it had any work, and at the end [bytes].
         timings: (seconds of a step or of a rebuild, rebuilds) of each round.
@@ -39,8 +42,8 @@ class Entry:
 
     def __init__(self, peer, leads=False):
         self.peer, self.leads, self.reason, self.code = peer, leads, peer.missing, None
-        self.version = self.skin = self.contacts = self.energy = self.idle = self.resident = None
-        self.scan, self.pace, self.timings = {}, {}, []
+        self.version = self.skin = self.contacts = self.energy = self.idle = self.resident = self.ghosts = None
+        self.scan, self.pace, self.timings, self.trials, self.division = {}, {}, [], {}, None
 
     def start(self, code):
         """Take up a running code, and let it load what does not grow with the grains."""
@@ -59,9 +62,22 @@ class Entry:
         border = "; the border of what was tried" if self.at_border else ""
         journal.say(f"{self.peer.name}: a step at each skin [largest diameters]: {tried}; best {self.skin:g}{border}")
 
+    def choose_division(self, case, journal):
+        """Time each division into size classes, where there is a choice; say which is best."""
+        for division in case.divisions(self.peer):
+            self.code.ask("divide", **division._asdict())
+            self.code.ask("run", steps=1, forced=True)  # it finds out how much room it needs
+            self.trials[division] = [self._timing(case, case.scan_steps)[0] for _ in range(case.scans)]
+        if self.trials:
+            self.division = min(self.trials, key=lambda division: min(self.trials[division]))
+            tried = "; ".join(f"{division}: {1e3 * min(seconds):.3g} ms" for division, seconds in self.trials.items())
+            journal.say(f"{self.peer.name}: a {case.of} with each division: {tried}; best {self.division}")
+
     def begin(self, case):
-        """Start anew at the best skin, and note what is computed in the first steps."""
+        """Start anew at the best skin and division, and note what is computed in the first steps."""
         self.code.ask("set_up", skin=self.skin)
+        if self.division is not None:
+            self.code.ask("divide", **self.division._asdict())
         self.code.ask("run", steps=CHECKED_STEPS, forced=False)
         seen = self.code.observe()
         if not all(np.isfinite(values).all() for values in seen.values()):
@@ -70,6 +86,10 @@ class Entry:
 
     def time(self, case, steps):
         """One timing."""
+        self.timings.append(self._timing(case, steps))
+
+    def _timing(self, case, steps):
+        """Seconds of a step or a rebuild, and how many rebuilds there were."""
         answer = self.code.ask("run", steps=steps, forced=case.forced)
         seconds, rebuilds = answer["seconds"], answer["rebuilds"]
         if case.forced:
@@ -77,11 +97,12 @@ class Entry:
             seconds -= without["seconds"]
             if (rebuilds, without["rebuilds"]) != (steps, 0):
                 raise RunError(f"rebuilt {rebuilds} times in {steps} steps that force it, {without['rebuilds']} in others")
-        self.timings.append((seconds / steps, rebuilds))
+        return seconds / steps, rebuilds
 
     def end(self):
-        """Note the memory with all grains."""
+        """Note the memory with all grains, and the ghosts."""
         self.resident = self.code.resident()
+        self.ghosts = self.code.ask("ghosts")["ghosts"] if self.peer.ranks > 1 else None
 
     def drop(self, reason):
         """Out of the comparison."""
@@ -125,6 +146,7 @@ def compare(case, peers, journal, timeout=TIMEOUT):
         journal.say("starting the codes")
         _each(entries, lambda entry: entry.start(stack.enter_context(Code(entry.peer, folder, timeout))), journal)
         _each(entries, lambda entry: entry.choose_skin(case, journal), journal)
+        _each(entries, lambda entry: entry.choose_division(case, journal), journal)
         _each(entries, lambda entry: entry.begin(case), journal)
         steps = _take_turns(entries, case, journal)
         _each(entries, lambda entry: entry.end(), journal)

@@ -1,12 +1,15 @@
 """What was computed, counted in one way for all codes, from positions and velocities alone."""
 
+from itertools import product
+from typing import NamedTuple
+
 import numpy as np
 
 #: Grains whose neighbours are looked up at a time; bounds the memory.
 BATCH = 50_000
 
-#: Neighbouring cells, each pair of cells once, and a cell with itself.
-_OFFSETS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) >= (0, 0, 0)]
+#: Neighbouring cells, a cell with itself in the middle: from there on, each pair of cells comes once.
+_OFFSETS = list(product((-1, 0, 1), repeat=3))
 
 
 def kinetic_energy(case, seen):
@@ -30,35 +33,59 @@ def count_contacts(case, seen):
     position = np.where(periodic, (seen["position"] - low) % length, seen["position"] - low)
     origin = np.where(periodic, 0.0, position.min(axis=0))
     extent = np.where(periodic, length, np.ptp(position, axis=0) + case.diameter)
-    cells = np.maximum((extent / case.diameter).astype(int), 1)
-    if (cells[periodic] < 3).any():
-        raise ValueError("a period must be at least three diameters, or pairs of cells are met twice")
-    place = np.minimum(((position - origin) / (extent / cells)).astype(int), cells - 1)
-    number = np.ravel_multi_index(place.T, cells)
-    order = np.argsort(number, kind="stable")
-    touching = 0
-    for begin in range(0, len(order), BATCH):
-        rows = order[begin : begin + BATCH]
-        for offset in _OFFSETS:
-            i, j = _candidates(rows, place, offset, cells, periodic, number[order], order)
-            if offset == (0, 0, 0):
-                i, j = i[i < j], j[i < j]
-            apart = position[i] - position[j]
-            apart -= np.where(periodic, length * np.round(apart / length), 0.0)
-            near = (apart**2).sum(axis=1) < (radius[i] + radius[j]) ** 2
-            touching += int((near & ~(case.grains.frozen[i] & case.grains.frozen[j])).sum())
+    level, touching = np.frexp(radius)[1], 0
+    for number in np.unique(level):  # sizes within a factor of two; smaller grains look for these
+        diameter = 2.0 * radius[level == number].max()
+        cells = np.maximum((extent / diameter).astype(int), 1)
+        if (cells[periodic] < 3).any():
+            raise ValueError("a period must be at least three diameters, or pairs of cells are met twice")
+        place = np.minimum(((position - origin) / (extent / cells)).astype(int), cells - 1)
+        targets = _Sorted.of(np.flatnonzero(level == number), place, cells)
+        smaller = np.flatnonzero(level < number)
+        for begin in range(0, len(targets.rows), BATCH):
+            rows = targets.rows[begin : begin + BATCH]
+            for offset in _OFFSETS[len(_OFFSETS) // 2 :]:
+                i, j = _candidates(rows, place, offset, cells, periodic, targets)
+                if offset == (0, 0, 0):
+                    i, j = i[i < j], j[i < j]
+                touching += _touch(case, position, i, j)
+        for begin in range(0, len(smaller), BATCH):
+            rows = smaller[begin : begin + BATCH]
+            touching += sum(_touch(case, position, *_candidates(rows, place, o, cells, periodic, targets)) for o in _OFFSETS)
     if case.floor is not None:
         touching += int((seen["position"][:, 2] - case.floor < radius)[~case.grains.frozen].sum())
     return touching
 
 
-def _candidates(rows, place, offset, cells, periodic, sorted_numbers, order):
-    """Pairs (i, j) of the grains ``rows`` with those in the cell ``offset`` from their own."""
+class _Sorted(NamedTuple):
+    """Some grains, ``rows``, in ascending order of the ``numbers`` of their cells."""
+
+    rows: np.ndarray
+    numbers: np.ndarray
+
+    @classmethod
+    def of(cls, rows, place, cells):
+        number = np.ravel_multi_index(place[rows].T, cells)
+        order = np.argsort(number, kind="stable")
+        return cls(rows[order], number[order])
+
+
+def _touch(case, position, i, j):
+    """How many of the pairs (i, j) touch, frozen ones apart."""
+    radius, frozen, length = case.grains.radius, case.grains.frozen, np.subtract(case.high, case.low)
+    apart = position[i] - position[j]
+    apart -= np.where(case.periodic, length * np.round(apart / length), 0.0)
+    near = (apart**2).sum(axis=1) < (radius[i] + radius[j]) ** 2
+    return int((near & ~(frozen[i] & frozen[j])).sum())
+
+
+def _candidates(rows, place, offset, cells, periodic, targets):
+    """Pairs (i, j) of the grains ``rows`` with those of the ``targets`` in the cell ``offset`` from their own."""
     there = place[rows] + offset
     inside = (periodic | ((there >= 0) & (there < cells))).all(axis=1)
     rows, there = rows[inside], there[inside] % cells
     number = np.ravel_multi_index(there.T, cells)
-    first, last = (np.searchsorted(sorted_numbers, number, side=side) for side in ("left", "right"))
+    first, last = (np.searchsorted(targets.numbers, number, side=side) for side in ("left", "right"))
     found = last - first
     slot = np.arange(found.sum()) - np.repeat(np.cumsum(found) - found, found)
-    return np.repeat(rows, found), order[np.repeat(first, found) + slot]
+    return np.repeat(rows, found), targets.rows[np.repeat(first, found) + slot]

@@ -1,4 +1,4 @@
-"""What came out: rows of the JSON, the table on the terminal, the figure."""
+"""What came out: rows of the JSON, the table on the terminal."""
 
 import json
 import os
@@ -7,11 +7,11 @@ import platform
 import numpy as np
 
 from barchan import atomic
+from barchan.bench import figures
 from barchan.errors import SceneError
 from barchan.kernels.compiler import default_threads
 from barchan.record import versions
 from barchan.report import table
-from barchan.view.style import COLOURS, figure
 
 #: Ratio of the largest ratio to the smallest of a code, above which something else was running.
 QUIET = 1.4
@@ -22,30 +22,39 @@ def row(entry, ours, case):
 
     ``ratio_*``: its time over ours, of each pair of timings: median, smallest, largest. ``skin``: relative to the largest
     diameter. ``seconds``: of a step, or of a rebuild, median of ``seconds_each``, one of each round. ``memory_per_grain``:
-    [bytes].
+    [bytes]. Of a code that was told its size classes: ``division``, the fastest, and ``divisions``, the seconds of
+    all. On several ranks: ``ghosts`` of the first.
     """
     if entry.reason is not None:
         return {"peer": entry.peer.name, "reason": entry.reason}
     ratio, (seconds, rebuilds) = entry.ratios(ours), np.array(entry.timings).T
-    return {
-        "peer": entry.peer.name,
-        "version": entry.version,
-        "ratio_median": float(np.median(ratio)),
-        "ratio_min": float(ratio.min()),
-        "ratio_max": float(ratio.max()),
-        "skin": entry.skin,
-        "skin_at_border": entry.at_border,
-        "scan": {f"{skin:g}": value for skin, value in entry.scan.items()},
-        "seconds": float(np.median(seconds)),
-        "seconds_each": seconds.tolist(),
-        "rebuilds": int(rebuilds.min()),
-        "grain_steps_per_second": case.count / float(np.median(seconds)),
-        "contacts_per_grain": entry.contacts / case.count,
-        "kinetic_energy": entry.energy,
-        "memory_per_grain": None if entry.resident is None else (entry.resident - entry.idle) / case.count,
-        "same_law": entry.peer.same_law,
-        "same_work": entry.does_the_work_of(ours),
+    told = {
+        "division": str(entry.division),
+        "divisions": [one._asdict() | {"seconds": took} for one, took in entry.trials.items()],
     }
+    return (
+        {
+            "peer": entry.peer.name,
+            "version": entry.version,
+            "ratio_median": float(np.median(ratio)),
+            "ratio_min": float(ratio.min()),
+            "ratio_max": float(ratio.max()),
+            "skin": entry.skin,
+            "skin_at_border": entry.at_border,
+            "scan": {f"{skin:g}": value for skin, value in entry.scan.items()},
+            "seconds": float(np.median(seconds)),
+            "seconds_each": seconds.tolist(),
+            "rebuilds": int(rebuilds.min()),
+            "grain_steps_per_second": case.count / float(np.median(seconds)),
+            "contacts_per_grain": entry.contacts / case.count,
+            "kinetic_energy": entry.energy,
+            "memory_per_grain": None if entry.resident is None else (entry.resident - entry.idle) / case.count,
+            "same_law": entry.peer.same_law,
+            "same_work": entry.does_the_work_of(ours),
+        }
+        | (told if entry.trials else {})
+        | ({"ghosts": entry.ghosts} if entry.ghosts is not None else {})
+    )
 
 
 def machine():
@@ -92,13 +101,16 @@ def lines(result):
                 "yes" if one["same_work"] else "NO",
             )
         )
+    divided = [(one["peer"], f"searched in {one['division']}") for one in result["rows"] if "division" in one]
+    divided += [(one["peer"], f"{one['ghosts']:,} ghosts on the first rank") for one in result["rows"] if "ghosts" in one]
     missing = [(one["peer"], f"not run: {one['reason']}") for one in result["rows"] if "reason" in one]
     about = f"{result['case']}: {result['title']} Ratio: time over that of {result['rows'][0]['peer']}."
     starts = f"first start {result['first_start_s']:.1f} s (compiles), later starts {result['second_start_s']:.1f} s"
     uneasy = [one["peer"] for one in result["rows"] if "reason" not in one and one["ratio_max"] > QUIET * one["ratio_min"]]
     warning = f"  the machine was not quiet: ratios of {', '.join(uneasy)} differ by more than {QUIET - 1:.0%}; measure again"
     medians = "  ratio: median of those of single rounds; ms: median of the rounds"
-    return [about, *table(cells), *table(missing), *efficiencies(result), medians, f"  {starts}", *([warning] if uneasy else [])]
+    below = [medians, f"  {starts}", *([warning] if uneasy else [])]
+    return [about, *table(cells), *table(divided), *table(missing), *efficiencies(result), *below]
 
 
 def efficiencies(result):
@@ -132,31 +144,13 @@ def check_path(path):
 
 
 def write(result, path):
-    """Write the result as JSON, and its figure beside it; returns the path of the figure."""
+    """Write the result as JSON, and its figures beside it; returns the paths of the figures."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic.writing(path) as partial:
         partial.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    picture = path.with_suffix(".png")
-    _draw(result, picture)
-    return picture
-
-
-def _draw(result, path):
-    """Bars of the ratios with their ranges."""
-    rows = result["rows"]
-    with figure(path, size=(6.4, 0.9 + 0.32 * len(rows))) as (_, axes):
-        for place, one in enumerate(rows):
-            if "reason" in one:
-                axes.text(0.02, place, f"not run: {one['reason'][:70]}", va="center", fontsize=7, style="italic")
-                continue
-            median = one["ratio_median"]
-            reach = [[median - one["ratio_min"]], [one["ratio_max"] - median]]
-            axes.barh(place, median, xerr=reach, color=COLOURS[place > 0], height=0.6, capsize=2.5, ecolor="0.2")
-            axes.text(one["ratio_max"], place, f"  {median:.2f}", va="center", fontsize=8)
-        axes.axvline(1.0, color="0.2", linewidth=0.8)
-        axes.set_yticks(range(len(rows)), [one["peer"] for one in rows])
-        axes.set_ylim(len(rows) - 0.4, -0.6)
-        axes.grid(axis="y", visible=False)
-        axes.set_xlim(0.0, 1.15 * max([1.0, *(one["ratio_max"] for one in rows if "reason" not in one)]))
-        axes.set_xlabel(f"time of a {result['of']} over that of {rows[0]['peer']} (median, range of {result['rounds']} pairs)")
-        axes.set_title(f"{result['case']}: {result['grains']:,} grains, {result['machine']['cpu']}", fontsize=9)
+    pictures = [path.with_suffix(".png")]
+    figures.draw_ratios(result, pictures[0])
+    if any("divisions" in one for one in result["rows"]):
+        pictures.append(path.with_name(f"{path.stem}-divisions.png"))
+        figures.draw_divisions(result, pictures[1])
+    return pictures

@@ -6,6 +6,8 @@ reads the same requests; rank 0 answers.
 An *engine* has ``rank``, ``version`` (text) and
 
 - ``set_up(case, skin)``: start anew from the grains of a ``Case``; ``skin`` relative to the largest diameter;
+- ``ghosts()``: grains of other ranks that this one has, each counted once; only of codes on several ranks;
+- ``divide(ends, cells)``: search as a ``Division`` says; only of codes that are told;
 - ``run(steps, forced)``: advance, rebuilding at every step if ``forced``; returns (seconds, rebuilds);
 - ``observe()``: {"position", "velocity", "omega"}, (n, 3) each, in the order of the case's grains, at the full step. All ranks
   are asked; what rank 0 returns counts.
@@ -61,9 +63,18 @@ def _set_up(engine, load, folder, skin):
     return {}
 
 
+def _divide(engine, load, folder, ends, cells):
+    engine.divide(ends, cells)
+    return {}
+
+
 def _run(engine, load, folder, steps, forced):
     seconds, rebuilds = engine.run(steps, forced)
     return {"seconds": seconds, "rebuilds": rebuilds}
+
+
+def _ghosts(engine, load, folder):
+    return {"ghosts": engine.ghosts()}
 
 
 def _observe(engine, load, folder):
@@ -74,7 +85,7 @@ def _observe(engine, load, folder):
 
 
 #: What can be asked for.
-COMMANDS = {"start": _start, "set_up": _set_up, "run": _run, "observe": _observe}
+COMMANDS = {"start": _start, "set_up": _set_up, "divide": _divide, "run": _run, "ghosts": _ghosts, "observe": _observe}
 
 
 def _next_request(path, asker):

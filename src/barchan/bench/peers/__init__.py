@@ -12,10 +12,17 @@ from barchan.bench.peers import barchan, esysparticle, lammps, liggghts, yade
 PEERS = (barchan, lammps, liggghts, yade, esysparticle)
 
 
-def find(threads, ranks):
+def find(threads, ranks, wide=None):
     """Every code at the numbers of threads and of MPI ranks asked for; the first is the one that others are compared with.
+
+    Args:
+        wide: if sizes differ widely, the radii: barchan as it chooses and as it is told, and those other codes that can be told.
 
     Returns:
         List of ``Peer``.
     """
-    return [peer for module in PEERS for peer in module.find(threads, ranks)]
+    found = [peer for module in PEERS for peer in module.find(threads, ranks)]
+    if wide is None:
+        return found
+    ours = barchan.find(threads, ranks)
+    return [*ours, *barchan.told(wide), *(peer for peer in found[len(ours) :] if peer.told)]

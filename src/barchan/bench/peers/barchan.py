@@ -18,6 +18,9 @@ from barchan.version import VERSION
 from barchan.walls import Plane
 from barchan.warmup import compile_law
 
+#: Cells that all grains may look at, about, where one grid for all sizes is timed.
+PATIENT = 1e9
+
 #: The laws that compute what LAMMPS does.
 LAWS = {"hooke": "linear_standard", "hertz": "hertz_standard"}
 
@@ -28,8 +31,16 @@ def find(threads, ranks):
     if ranks > 1 and mpich.why_not(ranks):
         peers.append(Peer(several, missing=mpich.why_not(ranks)))
     elif ranks > 1:
-        peers.append(Peer(several, mpich.on_ranks(ranks, driver("barchan", 1))))
+        peers.append(Peer(several, mpich.on_ranks(ranks, driver("barchan", 1)), ranks=ranks))
     return peers
+
+
+def told(radius):
+    """barchan on one thread, told the size classes of grains of these radii, and told to use one grid for all of them."""
+    alone, multi = driver("barchan", 1), Peer("barchan-multi", missing="a rebuild of one grid for so many sizes takes minutes")
+    if len(radius) * (radius.max() / radius.min()) ** 3 <= PATIENT:
+        multi = Peer("barchan-multi", alone, told=True, cells=True)
+    return [Peer("barchan-told", alone, told=True), multi]
 
 
 class Engine:
@@ -60,7 +71,14 @@ class Engine:
         motion = {"velocity": grains.velocity, "omega": grains.omega, "frozen": grains.frozen}
         sim.add_grains(grains.position, grains.radius, mass=mass, **motion)
         sim.start_at_full_step()
-        self.sim = sim
+        self.sim, self.radius = sim, grains.radius
+
+    def divide(self, ends, cells):
+        """Search as a ``Division`` says: in a grid for each class, or, if cells are given, in one of these."""
+        classes, radius = self.sim.size_classes, self.radius
+        classes.separators = tuple(ends)
+        if cells is not None:
+            classes.strategy, classes.cell = "multi", cells * (2.0 * float(radius[radius <= ends[0]].max()) + self.sim.skin)
 
     def run(self, steps, forced):
         """Advance; returns (seconds, rebuilds)."""
@@ -69,6 +87,10 @@ class Engine:
         before, began = watch.rebuilds, time.perf_counter()
         self.sim.run(steps)
         return time.perf_counter() - began, watch.rebuilds - before
+
+    def ghosts(self):
+        """Grains of other ranks that this one has."""
+        return self.sim.grains.n_ghost
 
     def observe(self):
         """The present state, at the full step."""

@@ -30,12 +30,12 @@ def find(threads, ranks):
         return [Peer(name, missing=str(error)) for name in names]
     paths = [str(library), os.environ.get("LD_LIBRARY_PATH", "")]
     environment = {"LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths)), "OMP_NUM_THREADS": "1"}
-    alone = driver("lammps", 0)
-    peers = [Peer("lammps-1", alone, environment)]
+    alone, told = driver("lammps", 0), {"told": True, "cells": True}
+    peers = [Peer("lammps-1", alone, environment, **told)]
     if ranks > 1 and mpich.why_not(ranks):
         peers.append(Peer(names[1], missing=mpich.why_not(ranks)))
     elif ranks > 1:
-        peers.append(Peer(names[1], mpich.on_ranks(ranks, alone), environment))
+        peers.append(Peer(names[1], mpich.on_ranks(ranks, alone), environment, ranks=ranks, **told))
     return [*peers, Peer("lammps-omp", driver("lammps", threads), environment | {"OMP_NUM_THREADS": str(threads)})]
 
 
@@ -77,7 +77,11 @@ class Engine:
                 write_data(partial, case.low, case.high, *case.grains[:5], kind=1 + case.grains.frozen)
         self.lammps.command("clear")
         self.lammps.commands_string(script(case, data, skin, self.ranks))
-        self.forced = False
+        self.forced, self.case, self.skin = False, case, skin
+
+    def divide(self, ends, cells):
+        """Search as a ``Division`` says."""
+        self.lammps.commands_string(division(self.case, self.skin, ends, cells) + "\nrun 0 post no\n")
 
     def run(self, steps, forced):
         """Advance; returns (seconds, rebuilds)."""
@@ -90,6 +94,12 @@ class Engine:
         self.lammps.command(f"run {steps} pre no post no")
         return time.perf_counter() - began, int(self.lammps.get_thermo("nbuild") - before)
 
+    def ghosts(self):
+        """Grains of other ranks that this one has: periodic images of its own apart, and each once."""
+        own, ghosts = (self.lammps.extract_setting(name) for name in ("nlocal", "nghost"))
+        tags = self.lammps.numpy.extract_atom("id", nelem=own + ghosts)
+        return len(np.setdiff1d(tags[own:], tags[:own]))
+
     def observe(self):
         """The present state, at the full step."""
         names = {"position": "x", "velocity": "v", "omega": "omega"}
@@ -101,13 +111,17 @@ def script(case, data, skin, ranks=1):
 
     Where the box is not periodic it shrinks to the grains, so that LAMMPS has no empty cells to walk through.
     """
-    c = case.constants
+    c, newton, search = case.constants, "off", "bin"
     boundary = " ".join("p" if periodic else "s" for periodic in case.periodic)
+    if case.ends:
+        newton, search = "on", "multi"
     lines = [
-        f"units lj\natom_style sphere\nboundary {boundary}\nnewton off\ncomm_modify vel yes\nread_data {data}",
+        f"units lj\natom_style sphere\nboundary {boundary}\nnewton {newton}\ncomm_modify vel yes\nread_data {data}",
         f"pair_style gran/{case.law}/history {c.kn:.17g} {c.kt:.17g} {c.gamma_n:.17g} {c.gamma_t:.17g} {c.friction:.17g} 1",
-        f"pair_coeff * *\nneighbor {skin * case.diameter:.17g} bin\nneigh_modify every 1 delay 0\ntimestep {case.dt:.17g}",
+        f"pair_coeff * *\nneighbor {skin * case.diameter:.17g} {search}\nneigh_modify every 1 delay 0\ntimestep {case.dt:.17g}",
     ]
+    if case.ends:
+        lines += ["comm_modify mode multi reduce/multi", division(case, skin, case.ends[0], None)]
     lines += motion(case)
     if case.floor is not None:
         wall = WALL[case.law].format(**c._asdict(), ratio=c.gamma_t / c.gamma_n, floor=case.floor)
@@ -115,6 +129,15 @@ def script(case, data, skin, ranks=1):
     if ranks > 1:
         lines.append("balance 1.05 shift xyz 20 1.05")
     return "\n".join([*lines, "thermo_style custom step\nthermo 0\nrun 0 post no\n"])
+
+
+def division(case, skin, ends, cells):
+    """Lines for LAMMPS' size classes: its intervals end at diameters. By itself it makes cells of half the size of 1 here."""
+    diameters = [*(2.0 * end for end in ends), 1.001 * max(case.diameter, 2.0 * ends[-1])]
+    text = f"neigh_modify collection/interval {len(diameters)} " + " ".join(f"{diameter:.17g}" for diameter in diameters)
+    smallest = 2.0 * float(case.grains.radius[case.grains.radius <= ends[0]].max())
+    edge = 0.0 if cells is None else cells * (smallest + skin * case.diameter)
+    return f"{text}\nneigh_modify binsize {edge:.17g}"
 
 
 def motion(case):

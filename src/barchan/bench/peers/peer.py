@@ -14,6 +14,8 @@ class Peer(NamedTuple):
         environment: variables that it needs besides those of this process.
         missing: why it cannot be run; None if it can.
         same_law: False if it cannot compute the very law of the case, so that energies may differ.
+        ranks: of MPI.
+        told: True if somebody has to tell it the size classes of its grains. cells: the same, and how large cells are.
     """
 
     name: str
@@ -21,6 +23,9 @@ class Peer(NamedTuple):
     environment: dict = {}
     missing: str | None = None
     same_law: bool = True
+    ranks: int = 1
+    told: bool = False
+    cells: bool = False
 
 
 def driver(module, threads):
