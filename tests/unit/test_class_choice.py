@@ -64,7 +64,7 @@ def test_separators_are_the_largest_radii_of_classes():
 
 
 def test_ranks_choose_alike_and_tell_of_their_ghosts():
-    radius = np.repeat([0.2, 4.0], [4000, 5])
+    radius = np.repeat([0.2, 4.0], [40_000, 5])
 
     def program():
         sim = cloud(radius)
@@ -72,7 +72,7 @@ def test_ranks_choose_alike_and_tell_of_their_ghosts():
         return sim.size_classes.largest.tolist(), sim.size_classes.choice.count.tolist(), sim.size_classes.ghosts
 
     alone, parts = virtual_ranks(1, program)[0], virtual_ranks(3, program)
-    assert alone[:2] == ([0.2, 4.0], [4000, 5]) and alone[2].tolist() == [0, 0]
+    assert alone[:2] == ([0.2, 4.0], [40_000, 5]) and alone[2].tolist() == [0, 0]
     assert all(part[:2] == alone[:2] and part[2][0] > 0 for part in parts)
 
 
@@ -90,15 +90,15 @@ def test_small_ghosts_are_few():
 
 
 def test_the_choice_stays_while_little_changes():
-    sim = cloud(np.repeat([0.2, 4.0], [4000, 5]))
+    sim = cloud(np.repeat([0.2, 4.0], [40_000, 5]))
     sim.prepare()
     choices = []
-    for count, size in ((10, 0.21), (3000, 1.5)):
+    for count, size in ((10, 0.21), (30_000, 1.5)):
         sim.add_grains(np.random.default_rng(count).uniform(0, 40, (count, 3)), size)
         sim.prepare()
         choices.append(sim.size_classes.largest.tolist())
     assert choices[0] == [0.21, 4.0], "ten new grains are no reason"
-    assert choices[1] == [1.5, 4.0], "three thousand are: not so far from the large ones that three classes pay"
+    assert choices[1] == [1.5, 4.0], "thirty thousand are: not so far from the large ones that three classes pay"
 
 
 def test_cuts_grow_with_the_grains():

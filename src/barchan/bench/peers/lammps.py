@@ -132,11 +132,13 @@ def script(case, data, skin, ranks=1):
 
 
 def division(case, skin, ends, cells):
-    """Lines for LAMMPS' size classes: its intervals end at diameters. By itself it makes cells of half the size of 1 here."""
-    diameters = [*(2.0 * end for end in ends), 1.001 * max(case.diameter, 2.0 * ends[-1])]
+    """Lines for LAMMPS' size classes. It takes the end of an interval of diameters for the largest that there is, so it is told
+    the very largest of each class. By itself it makes cells of half the size of 1 here."""
+    radius = case.grains.radius
+    diameters = [2.0 * float(radius[radius <= end].max(initial=0.0)) or 2.0 * end for end in ends]
+    diameters = [1.000001 * diameter for diameter in (*diameters, max(case.diameter, 1.001 * diameters[-1]))]
     text = f"neigh_modify collection/interval {len(diameters)} " + " ".join(f"{diameter:.17g}" for diameter in diameters)
-    smallest = 2.0 * float(case.grains.radius[case.grains.radius <= ends[0]].max())
-    edge = 0.0 if cells is None else cells * (smallest + skin * case.diameter)
+    edge = 0.0 if cells is None else cells * (diameters[0] + skin * case.diameter)
     return f"{text}\nneigh_modify binsize {edge:.17g}"
 
 
