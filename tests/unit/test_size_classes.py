@@ -66,7 +66,8 @@ def test_small_grains_find_large_ones_in_thousands_of_trials(ranks, scene):
     assert_its_lists_are_right(ranks, scene)
 
 
-def test_one_grid_of_small_cells_is_searched_with_larger_stencils():
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_one_grid_of_small_cells_is_searched_with_larger_stencils(ranks):
     """Of 100 large grains and 900 small ones, whose cells are as small as these want; all in one grid."""
     rng = np.random.default_rng(2)
     radius = np.repeat([1.0, 0.2], [100, 900])
@@ -74,10 +75,11 @@ def test_one_grid_of_small_cells_is_searched_with_larger_stencils():
     scene |= {"position": rng.random((1000, 3)) * 9.0, "velocity": np.zeros((1000, 3)), "frozen": radius < 0.0}
     scene |= {"separators": (0.5,), "sparse": False}
     with patch.object(search.stencils, "find_pairs_widely", side_effect=stencils.find_pairs_widely) as wide:
-        assert_its_lists_are_right(1, scene)
+        assert_its_lists_are_right(ranks, scene)
+        assert wide.call_count >= ranks
         sim = make(scene)
         sim.prepare()
-    assert wide.called and "strategy multi" in str(sim.size_classes)
+    assert "strategy multi" in str(sim.size_classes)
     grid = grids_around(sim.grains, (sim.box.low, sim.box.high), sim.box, sim.size_classes, 0.05)
     assert grid.tables[:, cells.SHAPE].tolist() == [[20, 20, 20]]  # cells of 0.45; 8 for each grain
 
@@ -93,6 +95,12 @@ def test_cells_may_be_of_another_size(strategy, cell, wanted):
     sim.prepare()
     grid = grids_around(sim.grains, (sim.box.low, sim.box.high), sim.box, sim.size_classes, 0.05)
     assert 1.0 / grid.tables[0, cells.INVERSE] == pytest.approx(9.0 / np.floor(9.0 / wanted))
+    for changed in ({"cell": 1.3}, {"strategy": "single grid"}):
+        for name, value in changed.items():
+            setattr(sim.size_classes, name, value)
+        sim.size_classes.seconds = None
+        sim.prepare()
+        assert sim.size_classes.seconds is not None, f"{changed}: the list is made anew"
 
 
 @pytest.mark.parametrize(

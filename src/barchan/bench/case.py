@@ -121,8 +121,11 @@ class Case(NamedTuple):
         return tuple(Division(ends, cells) for ends in self.ends for cells in (self.cells if peer.cells else (None,)))
 
     def first(self, count):
-        """The same case with the first ``count`` grains that move: what a code needs before it has any work."""
-        return self._replace(grains=self.grains.take(np.flatnonzero(~self.grains.frozen)[:count]))
+        """The same case with the ``count`` largest grains that move: what a code needs before it has any work. (Cells as small as
+        small grains want would need more memory than these.)"""
+        moving = np.flatnonzero(~self.grains.frozen)
+        largest = moving[np.argsort(-self.grains.radius[moving], kind="stable")[:count]]
+        return self._replace(grains=self.grains.take(largest))
 
     def save(self, folder):
         """Write it into a folder, as ``case.json`` and ``grains.npz``."""

@@ -44,8 +44,9 @@ def draw_divisions(result, path):
         axes.axhline(ours["seconds"], color=COLOURS[0], linestyle="--", label=f"{ours['peer']}, its own choice")
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter("{x:g}")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter("{x:g}")
         of_cells = "edge of the cells of the smallest class [reach of two of its grains]"
         axes.set_xlabel(of_cells if by_cells else "diameter between two size classes [smallest diameter]")
         axes.set_ylabel(f"time of a {result['of']} [s]")

@@ -114,7 +114,18 @@ def flat(part=1, count=500_000, edge=520.0):
     """A case of the same mass at every diameter from 1 to 100: the widest and flattest distribution there is."""
     sizes = Uniform(1.0, 100.0, by="mass")
     title = "The same mass at every diameter from 1 to 100."
-    ends = [(1.0,), (2.0,), (4.0,), (8.0,), (1.5, 6.0), (2.5, 12.0), (1.0, 3.0, 10.0), (2.0, 6.0, 18.0), (1.0, 2.5, 6.0, 16.0)]
+    ends = [
+        (2.0,),
+        (4.0,),
+        (6.0,),
+        (8.0,),
+        (12.0,),
+        (2.5, 12.0),
+        (5.0, 17.0),
+        (2.0, 6.0, 18.0),
+        (5.0, 11.0, 24.0),
+        (2.0, 5.0, 11.0, 24.0),
+    ]
     return _sized("flat-100", title, count, edge, lambda n: sizes.radii(1, np.arange(n)), part, ends)
 
 
