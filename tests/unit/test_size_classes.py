@@ -66,6 +66,14 @@ def test_small_grains_find_large_ones_in_thousands_of_trials(ranks, scene):
     assert_its_lists_are_right(ranks, scene)
 
 
+def test_a_grid_of_small_cells_is_never_sparse():
+    """A wide stencil would meet places that cells share twice: in a corner of a large box cells are larger instead."""
+    rng, radius = np.random.default_rng(4), np.repeat([1.0, 0.2], [100, 900])
+    scene = {"box": bc.Box((0, 0, 0), (40, 40, 40), (True,) * 3), "skin": 0.05, "radius": radius, "strategy": "multi"}
+    scene |= {"position": rng.random((1000, 3)) * 9.0, "velocity": np.zeros((1000, 3)), "frozen": radius < 0.0}
+    assert_its_lists_are_right(1, scene | {"separators": (0.5,), "sparse": False})
+
+
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_one_grid_of_small_cells_is_searched_with_larger_stencils(ranks):
     """Of 100 large grains and 900 small ones, whose cells are as small as these want; all in one grid."""
