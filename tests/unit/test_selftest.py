@@ -34,13 +34,13 @@ def wrong_clock(patch):
 
 
 def wrong_inertia(patch):
-    right = Assembly._sphere
+    right = Assembly._shaped
 
     def shell(*arguments):
         values = right(*arguments)
         return values | {"inertia": values["inertia"] * 5.0 / 3.0}
 
-    patch.setattr(Assembly, "_sphere", shell)
+    patch.setattr(Assembly, "_shaped", shell)
 
 
 def wrong_sum(patch, size, only_on_threads=False):

@@ -1,5 +1,7 @@
 """Figures of a benchmark."""
 
+from matplotlib.ticker import LogLocator
+
 from barchan.view.style import COLOURS, figure
 
 
@@ -45,6 +47,7 @@ def draw_divisions(result, path):
         axes.set_xscale("log")
         axes.set_yscale("log")
         for axis in (axes.xaxis, axes.yaxis):
+            axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axis.set_major_formatter("{x:g}")
             axis.set_minor_formatter("{x:g}")
         of_cells = "edge of the cells of the smallest class [reach of two of its grains]"
