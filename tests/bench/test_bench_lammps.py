@@ -110,6 +110,8 @@ def test_peers_that_are_not_there_say_so(monkeypatch):
     assert names == ["barchan-1", "barchan-mpi-2", "lammps-1", "lammps-2", "lammps-omp", "liggghts", "yade", "esysparticle"]
     assert [peer.name for peer in peers.find(2, 1)][:4] == ["barchan-2", "barchan-1", "lammps-1", "lammps-omp"]
     assert all(peer.command or peer.missing for peer in peers.find(1, 2))
+    wide = [peer.name for peer in peers.find(1, 2, wide=np.array([1.0, 10.0]))]
+    assert wide == ["barchan-1", "barchan-mpi-2", "barchan-told", "barchan-multi", "lammps-1", "lammps-2"]
 
 
 def test_more_ranks_than_cores_would_spin(monkeypatch):
@@ -120,6 +122,9 @@ def test_the_command_refuses_bad_input_in_one_line(tmp_path):
     for arguments, word in (
         (("dens",), "did you mean 'dense'?"),
         (("small", "--threads", "4096"), "--threads = 4096"),
+        (("size-classes",), "--case goes with size-classes"),
+        (("small", "--case", "dunkirk-20"), "--case goes with size-classes"),
+        (("size-classes", "--case", "dunkirk-2O"), "did you mean 'dunkirk-20'?"),
     ):
         command = [sys.executable, "-m", "barchan.cli", "bench", *arguments]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)

@@ -22,6 +22,16 @@ def grids_of(scene):
         yield
 
 
+def crowded(rng, low, edges, radius, ratio):
+    """Places in a box: of the last 150 grains, which are small, half at the surfaces of the others, and half near these."""
+    position, on = low + rng.random((len(radius), len(low))) * edges, rng.integers(0, len(radius) - 150, 150)
+    away = rng.normal(size=(150, len(low)))
+    away *= ((radius[on] + radius[-150:] + rng.uniform(-0.2, 0.8, 150) / ratio) / np.linalg.norm(away, axis=1))[:, None]
+    position[-150:] = position[on] + away
+    position[-75:] = position[rng.integers(0, 75, 75) - 150] + rng.normal(size=(75, len(low))) * 1.2 / ratio
+    return position
+
+
 def make(scene):
     sim = simulation(scene["box"], dt=1e-2, properties=NOTHING)
     sim.skin, sim.max_overlap, sim.check_dt = scene["skin"], 1e9, False

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from neighbours import SHORTEST, assert_its_lists_are_right, make
+from neighbours import SHORTEST, assert_its_lists_are_right, crowded, make
 from scenes import NOTHING, simulation
 
 import barchan as bc
@@ -31,12 +31,7 @@ def crowds(draw):
     edges = np.where(periodic, rng.uniform(SHORTEST, 4.0, 2), 3.0) * (2.0 * radius.max() + skin)
     low = np.array([-1.0, 2.0])
     box = bc.Box(low, low + edges, periodic)
-    position, on = low + rng.random((len(radius), 2)) * edges, rng.integers(0, len(radius) - 150, 150)
-    away = rng.normal(size=(150, 2))
-    away *= ((radius[on] + radius[-150:] + rng.uniform(-0.2, 0.8, 150) / ratio) / np.linalg.norm(away, axis=1))[:, None]
-    position[-150:] = position[on] + away  # at the surfaces of the large ones
-    near, order = rng.integers(0, 75, 75), rng.permutation(len(radius))
-    position[-75:] = position[near - 150] + rng.normal(size=(75, 2)) * 1.2 / ratio  # and near each other
+    position, order = crowded(rng, low, edges, radius, ratio), rng.permutation(len(radius))
     inside = low + edges - np.abs(edges - np.abs(position - low))  # thrown back by the faces
     position = np.column_stack([np.where(periodic, position, inside), np.zeros(len(radius))])
     position = box.wrap(position)[0]

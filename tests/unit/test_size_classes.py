@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from neighbours import SHORTEST, assert_its_lists_are_right, listed_pairs, make
+from neighbours import SHORTEST, assert_its_lists_are_right, crowded, listed_pairs, make
 
 import barchan as bc
 from barchan.errors import SceneError
@@ -14,6 +14,7 @@ from barchan.kernels import cells, stencils
 from barchan.neighbors import search
 from barchan.neighbors.classes import STRATEGIES
 from barchan.neighbors.grid import grids_around
+from barchan.parallel import virtual_ranks
 
 STILL = {"velocity": np.zeros((1, 3)), "frozen": np.zeros(1, dtype=bool), "separators": None, "sparse": False}
 
@@ -28,12 +29,7 @@ def crowds(draw):
     radius = np.concatenate([rng.uniform(0.6, 1.0, draw(st.integers(1, 4))), rng.uniform(0.5, 2.0, 150) / ratio])
     skin = 0.3 / ratio
     box = bc.Box((0, 0, 0), np.where(periodic, rng.uniform(SHORTEST, 4.0, 3), 3.0) * (2.0 * radius.max() + skin), periodic)
-    position, on = box.low + rng.random((len(radius), 3)) * box.length, rng.integers(0, len(radius) - 150, 150)
-    away = rng.normal(size=(150, 3))
-    away *= ((radius[on] + radius[-150:] + rng.uniform(-0.2, 0.8, 150) / ratio) / np.linalg.norm(away, axis=1))[:, None]
-    position[-150:] = position[on] + away  # at the surfaces of the large ones
-    near, order = rng.integers(0, 75, 75), rng.permutation(len(radius))
-    position[-75:] = position[near - 150] + rng.normal(size=(75, 3)) * 1.2 / ratio  # and near each other
+    position, order = crowded(rng, box.low, box.length, radius, ratio), rng.permutation(len(radius))
     position = np.where(periodic, box.wrap(position)[0], np.clip(position, box.low, box.high))
     separators = [None, (), (0.55,), (1.2 / ratio, 0.55), (1.0 / ratio, 1.5 / ratio, 0.55, 0.8)]
     frozen = rng.random(len(radius)) < draw(st.sampled_from([0.0, 0.3]))
@@ -87,6 +83,13 @@ def test_one_grid_of_small_cells_is_searched_with_larger_stencils(ranks):
         assert wide.call_count >= ranks
         sim = make(scene)
         sim.prepare()
+
+    def told():
+        sim = make(scene)
+        sim.prepare()
+        return str(sim.size_classes)
+
+    assert all(text.startswith("2 (as given; strategy multi)") for text in virtual_ranks(ranks, told))
     assert "strategy multi" in str(sim.size_classes)
     grid = grids_around(sim.grains, (sim.box.low, sim.box.high), sim.box, sim.size_classes, 0.05)
     assert grid.tables[:, cells.SHAPE].tolist() == [[20, 20, 20]]  # cells of 0.45; 8 for each grain

@@ -55,6 +55,10 @@ SAND = (
 EXPONENTIAL = (5_040_560, 368.77, 50.0, 4.0)
 
 
+#: The flat sample: its grains, and the edge of its box, which they fill to 0.36.
+FLAT = (500_000, 520.0)
+
+
 def bidisperse(ratio, part=1):
     """A case of large grains among small ones, made by the paper's recipe: each relaxed by themselves, then put together, and
     small ones that overlap large ones taken away.
@@ -102,15 +106,15 @@ def exponential_radii(count):
     return radius
 
 
-def exponential(part=1):
+def exponential():
     """A case of such grains: one of the largest in each tile."""
     count, edge, *_ = EXPONENTIAL
     title = "Mass that falls exponentially with the diameter, from 1 to 50."
     ends = [(0.75,), (1.0,), (1.5,), (2.5,), (4.0,), (0.8, 1.6), (0.8, 1.6, 3.2)]
-    return _sized("exponential-50", title, count, edge, exponential_radii, part, ends)
+    return _sized("exponential-50", title, count, edge, exponential_radii, 1, ends)
 
 
-def flat(part=1, count=500_000, edge=520.0):
+def flat():
     """A case of the same mass at every diameter from 1 to 100: the widest and flattest distribution there is."""
     sizes = Uniform(1.0, 100.0, by="mass")
     title = "The same mass at every diameter from 1 to 100."
@@ -126,7 +130,7 @@ def flat(part=1, count=500_000, edge=520.0):
         (5.0, 11.0, 24.0),
         (2.0, 5.0, 11.0, 24.0),
     ]
-    return _sized("flat-100", title, count, edge, lambda n: sizes.radii(1, np.arange(n)), part, ends)
+    return _sized("flat-100", title, *FLAT, lambda n: sizes.radii(1, np.arange(n)), 1, ends)
 
 
 def _sized(name, title, count, edge, radii, part, ends):

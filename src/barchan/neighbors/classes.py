@@ -191,8 +191,8 @@ class SizeClasses:
 
     def note(self, seconds, ghost_radius):
         """Note what a search took, and the radii of the ghosts that it saw (k,) [length]."""
-        numbers = np.searchsorted(self.largest[:-1], ghost_radius)
-        self.seconds, self.ghosts = seconds, np.bincount(numbers, minlength=len(self.largest))
+        numbers = np.searchsorted(self.choice.largest[:-1], ghost_radius)
+        self.seconds, self.ghosts = seconds, np.bincount(numbers, minlength=len(self.choice.largest))
 
     def checked(self):
         """``separators`` as an array, or None.

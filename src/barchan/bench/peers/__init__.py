@@ -24,5 +24,4 @@ def find(threads, ranks, wide=None):
     found = [peer for module in PEERS for peer in module.find(threads, ranks)]
     if wide is None:
         return found
-    ours = barchan.find(threads, ranks)
-    return [*ours, *barchan.told(wide), *(peer for peer in found[len(ours) :] if peer.told)]
+    return [*barchan.find(threads, ranks), *barchan.told(wide), *(peer for peer in found if peer.told)]

@@ -27,13 +27,13 @@ def find(threads, ranks):
         share_folder()
         library = mpich.library_folder()  # the loader must know it before the process starts
     except SceneError as error:
-        return [Peer(name, missing=str(error)) for name in names]
+        return [Peer(name, missing=str(error), told=name != names[-1]) for name in names]
     paths = [str(library), os.environ.get("LD_LIBRARY_PATH", "")]
     environment = {"LD_LIBRARY_PATH": os.pathsep.join(filter(None, paths)), "OMP_NUM_THREADS": "1"}
     alone, told = driver("lammps", 0), {"told": True, "cells": True}
     peers = [Peer("lammps-1", alone, environment, **told)]
     if ranks > 1 and mpich.why_not(ranks):
-        peers.append(Peer(names[1], missing=mpich.why_not(ranks)))
+        peers.append(Peer(names[1], missing=mpich.why_not(ranks), told=True))
     elif ranks > 1:
         peers.append(Peer(names[1], mpich.on_ranks(ranks, alone), environment, ranks=ranks, **told))
     return [*peers, Peer("lammps-omp", driver("lammps", threads), environment | {"OMP_NUM_THREADS": str(threads)})]
