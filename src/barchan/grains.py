@@ -213,6 +213,13 @@ class Grains:
             self._room = memory.empty((count + count // 10,))
         return self._room[:count]
 
+    def keep_ghosts(self, wanted):
+        """Keep the ghosts that are ``wanted`` (ghosts,), in their order."""
+        rows = self.n + np.flatnonzero(wanted)
+        for block in self._blocks.values():
+            block[self.n : self.n + len(rows)] = block[rows]
+        self.n_ghost = len(rows)
+
     def drop_ghosts(self):
         """Forget all ghosts."""
         self.n_ghost = 0

@@ -89,6 +89,29 @@ def test_ghost_put_brings_contributions_back_to_the_real_rows():
         assert counts == [sum(row < rank + 1 + other for other in others) for row in range(10)]
 
 
+@settings(max_examples=25)
+@given(st.integers(0, 10**6), st.sampled_from([2, 4]))
+def test_a_narrowed_mapping_brings_what_is_wanted_and_nothing_else(seed, size):
+    """In the same order; a rank that wants nothing of another's gets no message from it."""
+
+    def program():
+        comm, rng, messages = world(), np.random.default_rng([seed, world().rank]), []
+        owner = rng.integers(0, size, 20)
+        mapping = Mapping.define(comm, by_rank(owner, but=comm.rank), [r for r in range(size) if r != comm.rank])
+        everything = mapping.push(rng.random((20, 2))).send().pop().copy()
+        wanted = rng.random(len(everything)) < rng.choice([0.0, 0.1, 0.9])
+        narrow, rng = mapping.narrowed(wanted), np.random.default_rng([seed, comm.rank])
+        rng.integers(0, size, 20)
+        start = comm.start
+        comm.start = lambda outgoing, incoming: messages.append(sorted(outgoing)) or start(outgoing, incoming)
+        some = narrow.push(rng.random((20, 2))).send().pop()
+        assert same_bits(np.ascontiguousarray(some), everything[wanted])
+        assert all(len(rows) for rows in narrow.sends.values()) and all(narrow.receives.values())
+        return messages == [sorted(narrow.sends)] and narrow.n_received == wanted.sum()
+
+    assert all(virtual_ranks(size, program))
+
+
 def test_a_message_for_a_rank_that_does_not_listen_is_refused():
     def program():
         comm = world()

@@ -1,4 +1,4 @@
-"""Pairs of a small and a larger grain that have different owners.
+"""Pairs of a small and a larger grain that have different owners, and which ghosts are in a pair at all.
 
 The owner of the small one finds the pair as it finds any. The owner of the larger one must get the small one as a ghost, however
 deep it lies in the other's part of space; then that ghost looks for larger owned grains.
@@ -86,3 +86,26 @@ def find_pairs_of_ghosts(number, search, rooms, owned, ghost):
                             owned[count], ghost[count] = places[looked[1, b]], search.ghost_rows[i - n_owned]
                         count += 1
     return count, most
+
+
+@kernel()
+def number_met(n_owned, first, second, met, number):
+    """Mark the ghosts that are in a pair, and number the rows of pairs as if there were no others.
+
+    Args:
+        first, second: rows of pairs with a ghost; modified.
+        met: (ghosts,) False; becomes True of those.
+        number: (ghosts,) becomes the row of each of them.
+    """
+    for rows in (first, second):
+        for row in rows:
+            if row >= n_owned:
+                met[row - n_owned] = True
+    count = n_owned
+    for ghost in range(met.shape[0]):
+        number[ghost] = count
+        count += met[ghost]
+    for rows in (first, second):
+        for k in range(rows.shape[0]):
+            if rows[k] >= n_owned:
+                rows[k] = number[rows[k] - n_owned]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from barchan import memory
+from barchan.kernels import border as border_kernels
 from barchan.kernels import history as history_kernels
 from barchan.kernels import incidence as incidence_kernels
 from barchan.kernels.compiler import shares
@@ -156,10 +157,24 @@ class Contacts:
         ids, n_rows = self._ids[strangers], len(self._ids)
         return Remembered(n_pairs, count, rows, begin, entries, moved, columns, strangers, ids, n_rows)
 
-    def build(self, grains, walls, grids, start, reach):
-        """Find all pairs and wall contacts whose surfaces are closer than ``reach`` [length]. Owned rows are in the order
-        of the grids' cells, of which ``start`` tells where they begin. ``carry_over`` has to follow."""
+    def find(self, grains, grids, start, reach):
+        """Find all pairs whose surfaces are closer than ``reach`` [length]. Owned rows are in the order of the grids' cells, of
+        which ``start`` tells where they begin. ``build`` has to follow.
+
+        Returns:
+            (ghosts,) bool, those that are in a pair: rows of pairs are numbered as if there were no others.
+        """
         self.first, self.second, self._n_inner, self._offsets, self.seen = self.search.find(grains, grids, start, reach)
+        met, border = np.zeros(grains.n_ghost, dtype=bool), slice(self._n_inner, self.n_pairs)
+        if grains.n_ghost:
+            border_kernels.number_met(
+                np.uint32(grains.n), self.first[border], self.second[border], met, np.empty(len(met), np.uint32)
+            )
+        return met
+
+    def build(self, grains, walls, reach):
+        """Find the walls that grains are closer to than ``reach`` [length], and list the contacts of each grain. Of ghosts, there
+        are those that ``find`` told. ``carry_over`` has to follow."""
         self._build_wall_contacts(grains, walls, reach)
         self._ids = grains.view("id", ghosts=True)
         self.start, self.touched = np.empty(grains.n + 1, dtype=np.uint32), np.zeros(grains.n, dtype=np.uint32)

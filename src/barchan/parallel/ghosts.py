@@ -67,6 +67,13 @@ class Ghosts:
         nothing = rows[:0]
         return {r: np.union1d(sends.get(r, nothing), touching.get(r, nothing)) for r in sorted({*sends, *touching})}
 
+    def keep(self, grains, wanted):
+        """Forget the ghosts but for those that are ``wanted`` (ghosts,), in which they keep their order; owners send those alone
+        from now on. ``grains`` is modified. All ranks must call this."""
+        if self.comm.size > 1:
+            self.get = self.get.narrowed(wanted)
+            grains.keep_ghosts(wanted)
+
     def join_rows(self, rows):
         """``ContactRows`` of the grains, and then those of their ghosts: a contact may be known to the other grain alone. All
         ranks must call this."""

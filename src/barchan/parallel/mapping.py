@@ -55,6 +55,18 @@ class Mapping:
         sends = {source: np.arange(begin, end) for source, begin, end in zip(self.receives, ends[:-1], ends[1:])}
         return Mapping(self.comm, sends, {rank: len(rows) for rank, rows in self.sends.items()})
 
+    def narrowed(self, wanted):
+        """The mapping of those rows alone that their receivers want. All ranks must call this.
+
+        Args:
+            wanted: (received,) bool, rows that this rank wants.
+        """
+        counts = [int(part.sum()) for part in np.split(wanted, np.cumsum(list(self.receives.values()))[:-1])]
+        told = self.reverse().push(wanted.astype(np.uint8)).send().pop() != 0
+        parts = np.split(told, np.cumsum([len(rows) for rows in self.sends.values()])[:-1])
+        sends = {rank: rows[some] for (rank, rows), some in zip(self.sends.items(), parts) if some.any()}
+        return Mapping(self.comm, sends, {source: count for source, count in zip(self.receives, counts) if count})
+
     def push(self, array):
         """Put the rows of an array that are to be sent into the messages; it may be changed once ``send`` was called."""
         self._pushed.append(array)
