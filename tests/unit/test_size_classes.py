@@ -30,7 +30,10 @@ def crowds(draw):
     skin = 0.3 / ratio
     box = bc.Box((0, 0, 0), np.where(periodic, rng.uniform(SHORTEST, 4.0, 3), 3.0) * (2.0 * radius.max() + skin), periodic)
     position, order = crowded(rng, box.low, box.length, radius, ratio), rng.permutation(len(radius))
-    position = np.where(periodic, box.wrap(position)[0], np.clip(position, box.low, box.high))
+    inside, back = np.clip(position, box.low, box.high), box.high - np.abs(box.length - np.abs(position - box.low))
+    again = np.setdiff1d(np.arange(len(radius)), np.unique(inside, axis=0, return_index=True)[1])
+    inside[again] = back[again]  # or corners would hold several, whose force has no direction
+    position = np.where(periodic, box.wrap(position)[0], inside)
     separators = [None, (), (0.55,), (1.2 / ratio, 0.55), (1.0 / ratio, 1.5 / ratio, 0.55, 0.8)]
     frozen = rng.random(len(radius)) < draw(st.sampled_from([0.0, 0.3]))
     return {

@@ -75,7 +75,8 @@ class Case(NamedTuple):
         steps: of one timing. scan_steps: of one look at a skin. rounds: timings of each code.
         skins: to choose from, relative to the largest diameter, ascending.
         forced: True times one rebuild (steps that all rebuild less steps that never do) instead of one step.
-        ends: to choose from, as ``Division`` has them; () where sizes hardly differ. cells: the same, for codes that take them.
+        ends: to choose from, as ``Division`` has them, first a good one, with which codes start; () where sizes hardly differ.
+        cells: the same, for codes that take them.
         scans: how often each division is timed.
     """
 

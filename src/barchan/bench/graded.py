@@ -110,7 +110,15 @@ def exponential():
     """A case of such grains: one of the largest in each tile."""
     count, edge, *_ = EXPONENTIAL
     title = "Mass that falls exponentially with the diameter, from 1 to 50."
-    ends = [(0.75,), (1.0,), (1.5,), (2.5,), (4.0,), (0.8, 1.6), (0.8, 1.6, 3.2)]
+    ends = [
+        (2.5,),
+        (2.0,),
+        (3.2,),
+        (4.0,),
+        (1.5, 5.0),
+        (2.0, 6.0),
+        (1.7, 3.5, 7.4),
+    ]  # outside, two classes take ten times as long
     return _sized("exponential-50", title, count, edge, exponential_radii, 1, ends)
 
 

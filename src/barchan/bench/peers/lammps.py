@@ -159,13 +159,18 @@ def write_data(path, low, high, position, radius, density, velocity, omega, kind
     count = len(position)
     kind, density = np.broadcast_to(kind, count), np.broadcast_to(density, count)
     edges = "".join(f"{a:.17g} {b:.17g} {axis}lo {axis}hi\n" for a, b, axis in zip(low, high, "xyz"))
+    numbers = np.arange(1, count + 1)
     with open(path, "w", encoding="utf-8") as file:
         file.write(f"grains\n\n{count} atoms\n{kind.max()} atom types\n\n{edges}\nAtoms # sphere\n\n")
-        file.writelines(
-            f"{k + 1} {kind[k]} {2.0 * radius[k]:.17g} {density[k]:.17g} {x:.17g} {y:.17g} {z:.17g}\n"
-            for k, (x, y, z) in enumerate(position)
-        )
+        _write_rows(file, numbers, kind, 2.0 * radius, density, position)
         file.write("\nVelocities\n\n")
-        file.writelines(
-            f"{k + 1} " + " ".join(f"{value:.17g}" for value in row) + "\n" for k, row in enumerate(np.hstack([velocity, omega]))
-        )
+        _write_rows(file, numbers, velocity, omega)
+
+
+def _write_rows(file, *columns, at_once=10_000):
+    """Lines of a whole number and of numbers with all their bits. One format for many lines takes a third of the time that one
+    for each takes: there are millions."""
+    for begin in range(0, len(columns[0]), at_once):
+        rows = np.column_stack([column[begin : begin + at_once] for column in columns])
+        line = "%d" + " %.17g" * (rows.shape[1] - 1) + "\n"
+        file.write(line * len(rows) % tuple(rows.ravel().tolist()))
