@@ -40,6 +40,12 @@ def beside(c, step, n, periodic):
     return c % n if periodic else -1
 
 
+@helper
+def deep_inside(x, low, edge, c, far):
+    """Whether all that is within ``far`` of ``x`` along one axis is in its sub-domain."""
+    return gap(x, low, edge, c, -1) > far and gap(x, low, edge, c, 1) > far
+
+
 @kernel()
 def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border, own, largest, reach, rounding, rows, ranks):
     """Write grains and the ranks that must see them into ``rows`` and ``ranks``, in ascending order of rows, each once.
@@ -63,6 +69,9 @@ def find_sends(place, low, edge, inverse, shape, periodic, span, owners, border,
             continue
         first = count
         far = (place[i, 3] + largest[class_of(place[i, 3], largest)] + reach) * (1.0 + rounding)
+        if deep_inside(x, low[0], edge[0], cx, far) and deep_inside(y, low[1], edge[1], cy, far):
+            if deep_inside(z, low[2], edge[2], cz, far):  # as most small grains are
+                continue
         for sx in range(-span[0], span[0] + 1):
             nx, gx = beside(cx, sx, shape[0], periodic[0]), gap(x, low[0], edge[0], cx, sx)
             if nx < 0 or gx > far:

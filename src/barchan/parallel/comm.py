@@ -7,6 +7,7 @@ only the one that holds the baton computes, and it passes the baton on whenever 
 
 import threading
 from functools import lru_cache
+from time import process_time
 
 import numpy as np
 
@@ -81,14 +82,21 @@ class _World:
 
 
 class VirtualRank:
-    """One of several ranks in this process; made by ``virtual_ranks``."""
+    """One of several ranks in this process; made by ``virtual_ranks``.
+
+    Attributes:
+        computed: the processor's seconds while it held the baton, up to the last time that it waited for the others: for so long
+            it would have computed on a core of its own.
+    """
 
     ranks_on_node, rank_on_node, calls = 1, 0, None  # they take turns, in Python
 
     def __init__(self, world, rank):
         self._world, self.rank, self.size = world, rank, world.size
+        self.computed, self._since = 0.0, process_time()
 
     def _meet(self):
+        self.computed += process_time() - self._since
         self._world.baton.release()
         try:
             self._world.meeting.wait()
@@ -96,6 +104,7 @@ class VirtualRank:
             raise RankError(f"stopped because {self._world.failure}") from None
         finally:
             self._world.baton.acquire()
+            self._since = process_time()
 
     def all_gather(self, item):
         """List of every rank's small Python object."""
@@ -168,8 +177,8 @@ def virtual_ranks(size, program, *args):
     results, errors = [None] * size, []
 
     def live(rank):
-        _local.comm = VirtualRank(shared, rank)
         with shared.baton:
+            _local.comm = VirtualRank(shared, rank)
             try:
                 results[rank] = program(*args)
             except RankError as error:

@@ -18,13 +18,14 @@ class Ghosts:
 
     Attributes:
         get: the ``Mapping`` from grains to their ghosts; its ``reverse`` is the ghost put.
+        searched: how many ghosts the last search looked at, those in no pair among them.
         at_once: True waits for messages as soon as they are sent, to show what it gains to compute meanwhile.
     """
 
     def __init__(self, comm):
         self.comm = comm
         self.get = Mapping(comm, {}, {})
-        self._travelling, self._lines, self.at_once = (), Lines(comm), False
+        self._travelling, self._lines, self.at_once, self.searched = (), Lines(comm), False, 0
 
     @property
     def wire(self):
@@ -70,6 +71,7 @@ class Ghosts:
     def keep(self, grains, wanted):
         """Forget the ghosts but for those that are ``wanted`` (ghosts,), in which they keep their order; owners send those alone
         from now on. ``grains`` is modified. All ranks must call this."""
+        self.searched = len(wanted)
         if self.comm.size > 1:
             self.get = self.get.narrowed(wanted)
             grains.keep_ghosts(wanted)
