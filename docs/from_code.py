@@ -5,9 +5,11 @@ import typer
 from barchan import units
 from barchan.cli import app
 from barchan.experiments.avalanche.parameters import PAPER, Avalanche
+from barchan.experiments.bond import BondTest
 from barchan.experiments.compression import parameters as compression
 from barchan.experiments.oedometer import Oedometer
 from barchan.experiments.repose import Repose
+from barchan.experiments.rock import Rock
 from barchan.laws import SHIPPED
 
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
@@ -57,6 +59,16 @@ def parameters_of_oedometer():
     return parameters(Oedometer, None)
 
 
+def parameters_of_bond():
+    """The parameters of the test of a bond as a table."""
+    return parameters(BondTest, None)
+
+
+def parameters_of_rock():
+    """The parameters of the rock as a table."""
+    return parameters(Rock, None)
+
+
 def laws():
     """The laws that come with barchan as a table."""
     rows = (
@@ -67,7 +79,8 @@ def laws():
 
 
 def _fill(sphinx, page, source):
-    parts = (commands, parameters, parameters_of_compression, parameters_of_oedometer, parameters_of_repose, laws)
+    scenes = (parameters_of_bond, parameters_of_compression, parameters_of_oedometer, parameters_of_repose, parameters_of_rock)
+    parts = (commands, parameters, *scenes, laws)
     for part in parts:
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())
 

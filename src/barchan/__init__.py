@@ -1,11 +1,11 @@
 """barchan: granular flow and bonded grains, from a laptop to a cluster."""
 
-from barchan import laws
+from barchan import bonds, laws
 from barchan.actions import Feed, Inlet, Outlet
 from barchan.domain import Box
 from barchan.errors import BarchanError
 from barchan.forces import Damping
-from barchan.laws import Law, Property, law
+from barchan.laws import Bond, Law, Property, bond, law
 from barchan.materials import Material
 from barchan.simulation import Simulation
 from barchan.triggers import At, Every
@@ -17,6 +17,7 @@ __version__ = VERSION
 __all__ = [
     "At",
     "BarchanError",
+    "Bond",
     "Box",
     "Cone",
     "Cylinder",
@@ -32,6 +33,8 @@ __all__ = [
     "Simulation",
     "Sphere",
     "__version__",
+    "bond",
+    "bonds",
     "law",
     "laws",
 ]

@@ -4,10 +4,12 @@ from zlib import crc32
 
 import numpy as np
 
+from barchan.bonds import Bonds, install
 from barchan.domain import Box, numbers
 from barchan.errors import SceneError
 from barchan.fields import DERIVED
 from barchan.grains import Grains, is_physical
+from barchan.laws.bond import Bond, BondLaw
 from barchan.laws.law import Law
 from barchan.materials import Materials
 from barchan.neighbors.contacts import Contacts
@@ -29,14 +31,16 @@ class Assembly:
     #: Once True, there are no new public attributes: most likely they are typos.
     _complete = False
 
-    def __init__(self, box, law, materials, comm, shape):
+    def __init__(self, box, law, materials, comm, shape, bonds):
         if not isinstance(box, Box):
             raise SceneError(f"box = {shown(box)} must be a barchan.Box")
         if not isinstance(law, Law):
             raise SceneError(
                 f"law = {shown(law)} must be a law, such as barchan.laws.hertz_mindlin or a function decorated with @barchan.law"
             )
-        self.box, self.law, self.materials = box, law, Materials(materials)
+        if isinstance(law, BondLaw):
+            raise SceneError(f"law '{law.name}' is a bond law; it goes into bonds=barchan.Bond(...), beside a contact law")
+        self.box, self.law, self.materials, self.bonds = box, law, Materials(materials), Bonds(_kinds(bonds))
         self.comm = comm or world()
         self.topology = even(box, self.comm.size)
         self.shape = shape_named(shape, box)
@@ -49,7 +53,7 @@ class Assembly:
         if self._complete and name not in self.__dict__ and not name.startswith("_") and not hasattr(type(self), name):
             public = [known for known in self.__dict__ if not known.startswith("_")]
             raise SceneError(f"a simulation has no attribute '{name}'; {nearest(name, public)}")
-        if self._complete and name in ("box", "law", "materials", "shape"):
+        if self._complete and name in ("box", "law", "materials", "shape", "bonds"):
             raise SceneError(f"{name} of a simulation cannot be replaced; make another simulation")
         super().__setattr__(name, value)
 
@@ -273,10 +277,33 @@ class Assembly:
         Raises:
             SceneError: an id belongs to no grain of the scene.
         """
-        staying = np.flatnonzero(~self._chosen(ids))
+        chosen = self._chosen(ids)
+        staying = np.flatnonzero(~chosen)
+        if self.bonds.active:  # both owners of a bond have to know
+            self.bonds.forget(np.concatenate(self.comm.all_gather(self.grains.view("id")[chosen])))
         self._rows = self._rows.take(staying)
         self.grains.keep(staying)
         self._primed = False
+
+    def install_bonds(self, overlap=0.0, among=None, kind=0, strength=1.0):
+        """Bond pairs of grains that overlap by more than ``overlap`` and are not bonded yet. All ranks must call this.
+
+        Args:
+            overlap: [length]; below 0 grains are bonded that are nearer than that without touching.
+            among: (k,) ids: only pairs of which both are among them; of several ranks each may name all or its own.
+            kind: name or number of the kind of bond.
+            strength: how much stronger than their kind the bonds are: a number, or a function of the ids (k,) of both grains,
+                such as ``barchan.bonds.Weibull(modulus, seed)``, that returns (k,) numbers.
+
+        Returns:
+            How many bonds were installed, on all ranks.
+
+        Raises:
+            SceneError: there is no such kind, an argument cannot be used, or the scene cannot be run.
+        """
+        count = install(self, overlap, among, kind, strength)
+        self._primed = self._primed and not count
+        return count
 
     def freeze(self, ids):
         """Make grains immobile: infinitely heavy in contacts, at rest. Takes and raises what ``remove`` does."""
@@ -308,6 +335,11 @@ class Assembly:
                 self.grains.view(name)[chosen] = 0.0
         self.grains.refresh_inverse()
         self._primed = False
+
+    @property
+    def reads(self):
+        """Fields of a ghost that forces need fresh in every step."""
+        return self.law.reads if not self.bonds.active else ("position", "velocity", "omega")
 
     @property
     def is_listed(self):
@@ -364,6 +396,17 @@ class Assembly:
             self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both=False)
             self.grains.drop_ghosts()
             self._listed = False
+
+
+def _kinds(bonds):
+    """Kinds of bond as a list, checked."""
+    kinds = list(bonds) if isinstance(bonds, (list, tuple)) else [bonds]
+    if not all(isinstance(kind, Bond) for kind in kinds):
+        raise SceneError(f"bonds = {shown(bonds)} must be a barchan.Bond or a list of them")
+    names = [kind.name for kind in kinds]
+    if len({kind.law.name for kind in kinds}) > 1 or len(set(names)) != len(names):
+        raise SceneError(f"bonds: all of one law, each with a name of its own; got {shown(kinds)}")
+    return kinds
 
 
 def _wrapped(number):

@@ -27,7 +27,10 @@ from barchan.parallel.guard import on_first_rank, raise_together
 from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
-FORMAT = 5
+FORMAT = 6
+
+#: Groups of what belongs to grains, as rows of theirs.
+_ROWS = ("contacts", "bonds")
 
 #: Grains for each rank, about, that are on the way to a file at a time.
 AT_A_TIME = 200_000
@@ -37,12 +40,15 @@ class State(NamedTuple):
     """A state as plain data, grains in ascending order of id: all of them, or a rank's part.
 
     ``about``: JSON-able facts (step, time, walls, ...). ``fields``: name -> array. ``contacts``: of each grain with grains of
-    larger id and with walls, by ascending key.
+    larger id and with walls, by ascending key. ``bonds``: of each grain with grains of larger id, in the same way. ``cracks``:
+    (k, columns of ``bonds.cracks``), those that this rank has.
     """
 
     about: dict
     fields: dict
     contacts: ContactRows
+    bonds: ContactRows
+    cracks: np.ndarray
 
 
 def collect(sim):
@@ -50,11 +56,13 @@ def collect(sim):
     grains = sim.grains
     fields = {field.name: grains.view(field.name) for field in grains.saved_fields()}
     remembered = _remembered(sim, np.arange(grains.n))
-    parts = sim.comm.all_gather(({name: values.copy() for name, values in fields.items()}, remembered))
-    fields = {name: np.concatenate([fields[name] for fields, _ in parts]) for name in fields}
+    bonds, cracks = sim.bonds.rows(fields["id"], sim.comm.rank), sim.bonds.cracks.in_order(sim.comm, sim.next_id)[0]
+    parts = sim.comm.all_gather(({name: values.copy() for name, values in fields.items()}, remembered, bonds, cracks))
+    parts, *rows, cracks = zip(*parts)
+    fields = {name: np.concatenate([fields[name] for fields in parts]) for name in fields}
     order = np.argsort(fields["id"], kind="stable")
-    contacts = ContactRows.join([rows for _, rows in parts]).take(order)
-    return State(_about(sim), {name: values[order] for name, values in fields.items()}, contacts)
+    rows = (ContactRows.join(of_ranks).take(order) for of_ranks in rows)
+    return State(_about(sim), {name: values[order] for name, values in fields.items()}, *rows, np.concatenate(cracks))
 
 
 def _remembered(sim, some):
@@ -84,7 +92,12 @@ def _about(sim):
         "notes": sim.notes,
         "gravity": gravity,
         "damping": {name: float(value) for name, value in sim.damping._asdict().items()},
-        "law": {"name": sim.law.name, "hash": source_hash(sim.law), "history": sim.law.history},
+        "law": _about_law(sim.law),
+        "bonds": {
+            "law": _about_law(sim.bonds.law) if sim.bonds.law else None,
+            "kinds": [{"name": kind.name, **kind.given} for kind in sim.bonds.kinds],
+            "installed": sim.bonds.installed,
+        },
         "materials": sim.materials.describe(),
         "walls": [wall.state() for wall in sim.walls],
         "loads": sim.loads.state(),
@@ -108,6 +121,10 @@ def _about(sim):
     }
 
 
+def _about_law(law):
+    return {"name": law.name, "hash": source_hash(law), "history": law.history}
+
+
 def save(sim, path):
     """Write the state of ``sim`` to the file ``path``; an older file of that name stays whole until the new one is. Each rank
     writes a part; the file is the same for any number of them.
@@ -128,34 +145,41 @@ def save(sim, path):
 def _write(sim, path, about):
     comm, grains = sim.comm, sim.grains
     remembered = sim.contacts.count_remembered() if sim.is_listed else len(sim.put_away_rows.keys)
-    total, count = comm.sum([grains.n, remembered]).tolist()
-    fields, width = grains.saved_fields(), sim.law.history_width
+    total, *counts = comm.sum([grains.n, remembered, sim.bonds.n_counted(comm.rank)]).tolist()
+    cracks, before, n_cracks = sim.bonds.cracks.in_order(comm, sim.next_id)
+    fields = grains.saved_fields()
     arrays = {f"grains/{f.name}": Array(np.dtype(f.dtype), (total, f.width)[: 1 + (f.width > 1)]) for f in fields}
-    arrays["contacts/start"] = Array(np.dtype(np.int64), (total + 1,))
-    arrays["contacts/keys"] = Array(np.dtype(np.int64), (count,))
-    arrays["contacts/values"] = Array(np.dtype(np.float64), (count, width))
+    for name, count, width in zip(_ROWS, counts, (sim.law.history_width, 2 + sim.bonds.width)):
+        arrays[f"{name}/start"] = Array(np.dtype(np.int64), (total + 1,))
+        arrays[f"{name}/keys"] = Array(np.dtype(np.int64), (count,))
+        arrays[f"{name}/values"] = Array(np.dtype(np.float64), (count, width))
+    arrays["cracks/values"] = Array(np.dtype(np.float64), (n_cracks, cracks.shape[1]))
     with files.writing_hdf5(comm, path, arrays, {"/": {"about": about}}) as file:
         if comm.rank == 0:
-            file.put("contacts/start", 0, np.zeros(1, dtype=np.int64))
+            for name in _ROWS:
+                file.put(f"{name}/start", 0, np.zeros(1, dtype=np.int64))
+        file.put("cracks/values", before, cracks)
         _put_all(sim, file, fields, ceil(total / (AT_A_TIME * comm.size)))
 
 
 def _put_all(sim, file, fields, slabs):
     """Put grains and contacts into the file in the order of ids, so many slabs one after another: what is on the way takes no
     more memory than a slab does."""
-    comm, ids, begin, first = sim.comm, sim.grains.view("id"), 0, 0
+    comm, ids, begin, first = sim.comm, sim.grains.view("id"), 0, dict.fromkeys(_ROWS, 0)
     ends = [sim.next_id * slab // max(slabs, 1) for slab in range(slabs + 1)]
     for low, high in pairwise(ends):
         some = np.flatnonzero((ids >= low) & (ids < high))
         parts = ById(comm, ids[some], low, high)
-        rows = parts.bring_rows(_remembered(sim, some))
-        before = first + int(comm.before([len(rows.keys)])[0])
-        file.put("contacts/start", begin + parts.begin + 1, before + rows.start[1:])
-        file.put("contacts/keys", before, rows.keys)
-        file.put("contacts/values", before, rows.values)
+        for name, known in zip(_ROWS, (_remembered(sim, some), sim.bonds.rows(ids[some], comm.rank))):
+            rows = parts.bring_rows(known)
+            before = first[name] + int(comm.before([len(rows.keys)])[0])
+            file.put(f"{name}/start", begin + parts.begin + 1, before + rows.start[1:])
+            file.put(f"{name}/keys", before, rows.keys)
+            file.put(f"{name}/values", before, rows.values)
+            first[name] += int(comm.sum([len(rows.keys)])[0])
         for field in fields:
             file.put(f"grains/{field.name}", begin + parts.begin, parts.bring(sim.grains.view(field.name)[some]))
-        begin, first = begin + parts.total, first + int(comm.sum([len(rows.keys)])[0])
+        begin += parts.total
 
 
 def read_state(path, comm=None):
@@ -192,24 +216,29 @@ def _read(path, rank, size):
     """A rank's part: as many grains as each other has."""
     with h5py.File(path, "r") as file:
         about = json.loads(file.attrs["about"])
-        fields = _arrays(file, "grains", path.stat().st_size)
-        rows = _arrays(file, "contacts", path.stat().st_size)
-        begin, end = (k * (rows["start"].size - 1) // size for k in (rank, rank + 1))
-        start, ends = rows["start"][begin : end + 1], np.array([rows["start"][0], rows["start"][-1]])
-        fault = soundness.order_fault(start - start[0], start[-1] - start[0]) or soundness.order_fault(ends, len(rows["keys"]))
-        if fault or start[0] < 0:
-            raise ValueError(fault)
-        keys, values = (rows[name][start[0] : start[-1]] for name in ("keys", "values"))
-        contacts = ContactRows(start - start[0], keys, values)
+        fields, *tables, cracks = (_arrays(file, name, path.stat().st_size) for name in ("grains", *_ROWS, "cracks"))
+        begin, end = (k * (tables[0]["start"].size - 1) // size for k in (rank, rank + 1))
+        contacts, bonds = (_part_of(rows, begin, end) for rows in tables)
+        cracks = cracks["values"][slice(*(k * len(cracks["values"]) // size for k in (rank, rank + 1)))]
         if rank == size - 1:
             end = None  # it sees if there are more than there should be
         fields = {name: array[begin:end] if array.ndim else array[()] for name, array in fields.items()}
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise ValueError(f"it has another format than {FORMAT}, which this version of barchan reads")
-    fault = soundness.structure_fault(about, fields, contacts)
+    state = State(about, fields, contacts, bonds, cracks)
+    fault = soundness.structure_fault(state)
     if fault:
         raise ValueError(fault)
-    return State(about, fields, contacts)
+    return state
+
+
+def _part_of(rows, begin, end):
+    """``ContactRows`` of grains ``begin`` to ``end`` of a group."""
+    start, ends = rows["start"][begin : end + 1], np.array([rows["start"][0], rows["start"][-1]])
+    fault = soundness.order_fault(start - start[0], start[-1] - start[0]) or soundness.order_fault(ends, len(rows["keys"]))
+    if fault or start[0] < 0:
+        raise ValueError(fault)
+    return ContactRows(start - start[0], *(rows[name][start[0] : start[-1]] for name in ("keys", "values")))
 
 
 def _arrays(file, name, most):

@@ -79,6 +79,26 @@ def avalanche(
 
 
 @run_app.command()
+def bond(
+    radius: Annotated[str | None, typer.Option(help="of the grains [0.5 m]")] = None,
+    radius_factor: Annotated[str | None, typer.Option(help="radius of the bond, relative to that of the grains [1]")] = None,
+    tensile_strength: Annotated[str | None, typer.Option(help="stress at which the bond breaks in tension [29.995 MPa]")] = None,
+    shear_strength: Annotated[str | None, typer.Option(help="at which it breaks in shear and torsion [39.998 MPa]")] = None,
+    increment: Annotated[str | None, typer.Option(help="way of a step [1 um]")] = None,
+    steps: Annotated[str | None, typer.Option(help="number of steps [12000]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 5000,
+):
+    """Two bonded grains, pulled, sheared, spun until the bond breaks (Marketos 2013). Values may have units: --increment 1um."""
+    given = {"radius": radius, "radius_factor": radius_factor, "tensile_strength": tensile_strength}
+    given |= {"shear_strength": shear_strength, "increment": increment, "steps": steps}
+    _run("bond", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
 def compression(
     grains: Annotated[str | None, typer.Option(help="about how many grains rain [3000]")] = None,
     stress_rate: Annotated[str | None, typer.Option(help="rate at which the stress grows [2e6 Pa/s]")] = None,
@@ -139,6 +159,27 @@ def repose(
     given = {"method": method, "grains": grains, "friction": friction, "lift_speed": lift_speed}
     given |= {"duration": duration, "equilibrate": equilibrate, "seed": seed}
     _run("repose", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
+def rock(
+    test: Annotated[str | None, typer.Option(help="compression, tension, brazilian, or all side by side [all]")] = None,
+    grains: Annotated[str | None, typer.Option(help="of the block from which specimens are cut [3600]")] = None,
+    modulus: Annotated[str | None, typer.Option(help="Young's modulus of the bonds [15 GPa]")] = None,
+    tensile_strength: Annotated[str | None, typer.Option(help="of the bonds, the mean [15 MPa]")] = None,
+    shear_strength: Annotated[str | None, typer.Option(help="of the bonds, the mean [45 MPa]")] = None,
+    duration: Annotated[str | None, typer.Option(help="time of loading [2 ms]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii, places and strengths [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 5000,
+):
+    """A bonded rock in compression, in tension and as a Brazilian disc. Values may have units: --tensile-strength 8MPa."""
+    given = {"test": test, "grains": grains, "modulus": modulus, "tensile_strength": tensile_strength}
+    given |= {"shear_strength": shear_strength, "duration": duration, "seed": seed}
+    _run("rock", given, set_, out, resume, _manner(threads, checkpoint_every))
 
 
 @run_app.command(hidden=True)

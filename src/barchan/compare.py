@@ -62,14 +62,16 @@ def differences(first, second):
         return [*lines, f"grains: {len(ids)} against {len(second.fields['id'])}; in one state only: {missing[:5].tolist()}"]
     for name in sorted(set(first.fields) & set(second.fields)):
         lines.append(_difference(name, first.fields[name], second.fields[name], lambda row: f"grain {ids[row]}"))
-    lines += _contact_differences(first.contacts, second.contacts, ids)
+    lines += _row_differences("contact", first.contacts, second.contacts, ids)
+    lines += _row_differences("bond", first.bonds, second.bonds, ids)
+    lines.append(_difference("cracks", first.cracks, second.cracks, lambda row: f"crack {row}"))
     return [line for line in lines if line]
 
 
-def _contact_differences(a, b, ids):
+def _row_differences(what, a, b, ids):
     owners_a, owners_b = (np.repeat(ids, np.diff(rows.start)) for rows in (a, b))
     pairs_a, pairs_b = (set(zip(o.tolist(), rows.keys.tolist())) for o, rows in ((owners_a, a), (owners_b, b)))
     if pairs_a != pairs_b:
         some = sorted(pairs_a ^ pairs_b)[:5]
-        return [f"contacts: {len(pairs_a)} against {len(pairs_b)} remembered; in one state only: {some}"]
-    return [_difference("contact memory", a.values, b.values, lambda row: f"grain {owners_a[row]} with {a.keys[row]}")]
+        return [f"{what}s: {len(pairs_a)} against {len(pairs_b)} remembered; in one state only: {some}"]
+    return [_difference(f"{what} memory", a.values, b.values, lambda row: f"grain {owners_a[row]} with {a.keys[row]}")]

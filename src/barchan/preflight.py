@@ -6,6 +6,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from barchan.bonds.bonds import rows_of
 from barchan.errors import LawError, LostGrainError, NotFiniteError, OverlapError, SceneError
 from barchan.forces import Damping
 from barchan.measure import contact_table
@@ -13,6 +14,9 @@ from barchan.words import shown
 
 #: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
 _TYPICAL = 0.05
+
+#: Largest radius [length]: its third power is a number, and so are products of that.
+_WIDEST = 1e50
 
 #: Memory of a grain with its contacts, measured on the avalanche of 125,000 grains with 2.4 contacts a grain.
 _BYTES_PER_GRAIN = 1700
@@ -45,14 +49,13 @@ def evaluate(law, parameters, values):
 
     Args:
         parameters: of the pair of materials, in the order of ``law.parameters``.
-        values: quantities and history of the contact by name; what the law does not read is left out, and history that is
-            missing is 0.
+        values: quantities and history of the contact by name; what the law does not read is left out, and what is missing is 0.
 
     Raises:
         LawError: the law fails, or does not return what a law must.
     """
-    names = (*law.quantities, *law.history)
-    contact = {name: values.get(name, (0.0, 0.0, 0.0) if law.history.get(name) == 3 else 0.0) for name in names}
+    widths = {name: law.known[name][0] for name in law.quantities} | law.history
+    contact = {name: values.get(name, (0.0, 0.0, 0.0) if width == 3 else 0.0) for name, width in widths.items()}
     given = contact | dict(zip(law.parameters, parameters))
     try:
         with np.errstate(all="ignore"):
@@ -132,11 +135,12 @@ def damping(law, parameters, radius, mass, overlap):
     return abs(high - low) / (2.0 * speed) if speed and isfinite(high - low) else 0.0
 
 
-def stable_time_step(law, table, grains, n_materials):
+def stable_time_step(law, table, grains, n_materials, bonds=None):
     """Largest safe time step over all grains of this rank and the pairs of their materials [time]; inf without grains.
 
     The smaller of 0.17 sqrt(m/k) and m_eff/c, with the stiffness k and the damping c at an overlap of 5 % of the diameter: in a
-    longer step than that the dashpot of the half-step velocity would turn the velocity round.
+    longer step than that the dashpot of the half-step velocity would turn the velocity round. Stiffnesses of bonds add to those
+    of contacts.
     """
     moving = grains.view("frozen") == 0
     smallest = np.inf
@@ -152,6 +156,28 @@ def stable_time_step(law, table, grains, n_materials):
                     smallest = min(smallest, _SAFE * sqrt(mass[row] / k))
                 if c > 0.0:
                     smallest = min(smallest, 0.5 * mass[row] / c)
+    if bonds is None or not len(bonds):
+        return smallest
+    return 1.0 / sqrt(1.0 / smallest**2 + 1.0 / _stable_with_bonds(bonds, grains) ** 2)
+
+
+def _stable_with_bonds(bonds, grains):
+    """Largest safe time step of bonded grains, as of pairs of equal ones: 0.17 sqrt(m/k), with the stiffness k in stretching."""
+    smallest = np.inf
+    mine = np.isin(bonds.ids, grains.view("id"))
+    rows = rows_of(grains.view("id"), bonds.ids[mine])
+    kind = np.repeat(bonds.kind, 2).reshape(-1, 2)[mine]
+    moving = grains.view("frozen")[rows] == 0
+    rows, kind = rows[moving], kind[moving]
+    for number in np.unique(kind):
+        mass, radius = (grains.view(name)[rows[kind == number]] for name in ("mass", "radius"))
+        for row in {int(np.argmin(mass)), int(np.argmin(mass / radius)), int(np.argmin(mass / radius**2))}:
+            stretch = 1e-6 * radius[row]
+            pair = {"normal": (1.0, 0.0, 0.0), "distance": 2.0 * radius[row], "mass_eff": 0.5 * mass[row], "strength": 1e300}
+            pair |= {"radius_first": radius[row], "radius_second": radius[row], "stretch": stretch}
+            k = abs(evaluate(bonds.law, bonds.kinds[number].values, pair)[0]) / stretch
+            if k > 0.0:
+                smallest = min(smallest, _SAFE * sqrt(mass[row] / k))
     return smallest
 
 
@@ -247,6 +273,12 @@ def check_grains(sim):
                 f"grain {grains.view('id')[rows[0]]}: {name} = {grains.view(name)[rows[0]]:g} "
                 f"[{grains.field(name).dimension}] must be > 0 ({len(rows)} such grains)"
             )
+    rows = np.flatnonzero(grains.view("radius") > _WIDEST)
+    if len(rows):
+        raise SceneError(
+            f"grain {grains.view('id')[rows[0]]}: radius = {grains.view('radius')[rows[0]]:g} [length] must be at most "
+            f"{_WIDEST:g}: volumes would not be finite ({len(rows)} such grains)"
+        )
     rows = np.flatnonzero(grains.view("frozen") > 1)
     if len(rows):
         raise SceneError(f"grain {grains.view('id')[rows[0]]}: frozen = {grains.view('frozen')[rows[0]]}; it must be 0 or 1")

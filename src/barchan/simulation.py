@@ -11,6 +11,7 @@ import numpy as np
 
 from barchan import preflight, stepping
 from barchan.assembly import Assembly
+from barchan.bonds import travel
 from barchan.errors import Interrupted, SceneError
 from barchan.faults import ALLOWED_OVERLAP, Faults
 from barchan.forces import Damping, Gravity
@@ -27,7 +28,7 @@ from barchan.neighbors.staleness import Staleness
 from barchan.parallel.balance import Balance
 from barchan.parallel.ghosts import Ghosts
 from barchan.parallel.guard import raise_together
-from barchan.parallel.migrate import migrate, rehome
+from barchan.parallel.migrate import destinations, migrate, rehome
 from barchan.stopwatch import Stopwatch
 from barchan.walls.wall import steer
 
@@ -44,6 +45,7 @@ class Simulation(Assembly):
         threads: threads of this process; default all cores. The result has the same bits for any number.
         comm: communicator; default: whatever this program was started with.
         shape: "sphere", or in a box of two dimensions "disc": what mass and inertia follow from radius and density.
+        bonds: a ``Bond`` or a list of them, of one law: the kinds that ``install_bonds`` may put between grains.
 
     Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
     ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``,
@@ -54,8 +56,8 @@ class Simulation(Assembly):
         SceneError: an argument cannot be used.
     """
 
-    def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None, shape="sphere"):
-        super().__init__(box, law, materials, comm, shape)
+    def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None, shape="sphere", bonds=()):
+        super().__init__(box, law, materials, comm, shape, bonds)
         self.dt, self.gravity, self.damping = dt, gravity, Damping()
         self.threads = default_threads(self.comm.ranks_on_node) if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
@@ -69,7 +71,7 @@ class Simulation(Assembly):
         self.size_classes, self._scope = SizeClasses(), Scope()
         self.clock, self.stop_requested, self._stopping = Stopwatch(), False, False
         self._in_step = self._acting = False
-        self.loops = self.table = self._checked_dt = self.stable_dt = None
+        self.loops = self.table = self._checked = self.stable_dt = None
         self._computed = 0.0
         self._complete = True
 
@@ -118,7 +120,7 @@ class Simulation(Assembly):
             self.clock.lap("neighbours")
         else:
             self.clock.lap("neighbours")
-            self.ghosts.start_update(self.grains, self.law.reads)
+            self.ghosts.start_update(self.grains, self.reads)
             self.clock.lap("ghosts")
         self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
         self._primed, self._in_step = True, False
@@ -136,11 +138,17 @@ class Simulation(Assembly):
         scope = self._scope
         self.topology = self.balance.shared(self, scope.sizes.widest)
         old_list = self.contacts if self._listed else None
-        rows, known, origin = rehome(self.comm, self.topology, self.grains, old_list, self._rows, scope.cutoff)
+        owner, partners = destinations(self.comm, self.topology, self.grains, scope.cutoff)
+        travel.migrate(self.comm, self.bonds, self.grains.view("id"), owner, partners)
+        rows, known, origin = rehome(self.comm, owner, partners, self.grains, old_list, self._rows)
         grids = grids_around(self.grains, self.topology.bounds(self.comm.rank), self.box, self.size_classes, scope.reach)
         start, order = self._sort_in_space(grids)
-        self.ghosts.build(self.grains, self.topology, grids, start, scope.reach)
-        self.ghosts.keep(self.grains, self.contacts.find(self.grains, grids, start, scope.reach))
+        bonded = travel.sends(self.comm, self.bonds, self.grains)
+        self.ghosts.build(self.grains, self.topology, grids, start, scope.reach, bonded)
+        wanted = travel.wanted(self.bonds, self.grains)
+        self.contacts.find(self.grains, grids, start, scope.reach, wanted)
+        self.ghosts.keep(self.grains, wanted)
+        self.bonds.settle(self.grains)
         self.contacts.build(self.grains, self.walls, scope.reach)
         self.size_classes.note(self.contacts.search.seconds, self.grains.view("radius", ghosts=True)[self.grains.n :])
         rows = rows.take(order)
@@ -165,7 +173,7 @@ class Simulation(Assembly):
         counts.append(contacts.compute_pairs(self.loops, grains, setting, border))
         counts.append(contacts.compute_walls(self.loops, grains, setting))
         self.touching, large, too_large = (sum(parts) for parts in zip(*counts))
-        not_finite = contacts.gather(grains, self._gravity.at(self.time))
+        not_finite = contacts.gather(grains, self._gravity.at(self.time)) + self.bonds.act(self, dt)
         self._damping.apply(grains)
         self.loads.forget()
         self.faults.note(self, large, too_large, not_finite)
@@ -207,7 +215,7 @@ class Simulation(Assembly):
         grains.view("velocity")[...] -= half * grains.view("inverse_mass")[:, None] * grains.view("force")
         grains.view("omega")[...] -= half * grains.view("inverse_inertia")[:, None] * grains.view("torque")
         if self.comm.size > 1:
-            self.ghosts.update(grains, self.law.reads)
+            self.ghosts.update(grains, self.reads)
 
     def load(self, state):
         """Take up grains, contacts and counters of a ``checkpoint.State``, of which each rank gives a part by ascending id."""
@@ -219,17 +227,22 @@ class Simulation(Assembly):
         self.grains.keep(np.zeros(0, dtype=np.int64))
         self.grains.append(state.fields)
         self._rows = state.contacts
-        if self.comm.size > 1:
-            if self.balance.when != "never":  # as they come, grains are shared evenly by their ids; so they shall be in space
-                self.topology = self.balance.anew(self, self._largest_radius())
-            owner = self.topology.owner(self.grains.view("position"))
-            self._rows, _ = migrate(self.comm, owner, self.grains, self._rows)
+        if self.comm.size > 1 and self.balance.when != "never":
+            self.topology = self.balance.anew(self, self._largest_radius())  # they came shared evenly by their ids
+        owner = self.topology.owner(self.grains.view("position"))
+        travel.deal(self.comm, self.bonds, self.grains.view("id"), owner, state)
+        self._rows, _ = migrate(self.comm, owner, self.grains, self._rows)
         self._primed = bool(state.about["forces_are_current"])
         self.table = self.materials.table(self.law)  # that of these forces: a change before the first run is noticed
         self.next_id, self.notes = int(state.about["next_id"]), dict(state.about["notes"])
         self.step_number, self.time, self.dt = int(state.about["step"]), float(state.about["time"]), float(state.about["dt"])
         self.loads.restore(state.about["loads"])
         self.faults.restart(int(state.about["large_overlaps"]) if self.comm.rank == 0 else 0)
+
+    @property
+    def list_skin(self):
+        """How far beyond touching pairs are listed now [length]; None before the first list."""
+        return self._scope.skin
 
     @property
     def present_gravity(self):
@@ -243,7 +256,7 @@ class Simulation(Assembly):
         rest. Returns what ``step`` needs to finish one that was begun, or None."""
         watch, gravity, wire = self.staleness, self._gravity, self.ghosts.wire
         waits = callable(gravity.value) or not self._listed or self.faults.found or self.stop_requested
-        waits = waits or self.clock.by_phase or wire is None or use_threads(self.threads, self.grains.n) > 1
+        waits = waits or self.bonds.active or self.clock.by_phase or wire is None or use_threads(self.threads, self.grains.n) > 1
         most = self._of_all_least(0 if waits else stepping.steps_ahead(self, end))
         if most < 2:
             return None
@@ -384,11 +397,12 @@ class Simulation(Assembly):
         """The skin and the size classes that suit the grains there are now, and whether the time step does."""
         if self._scope.follow(self, self._listed):
             self._take_down_list()
-        if self.check_dt and not (self._primed and self._checked_dt == self.dt):
-            stable = preflight.stable_time_step(self.law, self.table, self.grains, len(self.materials))
+        checked = (self.dt, self.bonds.installed)
+        if self.check_dt and not (self._primed and self._checked == checked):
+            stable = preflight.stable_time_step(self.law, self.table, self.grains, len(self.materials), self.bonds)
             self.stable_dt = -float(self.comm.maximum([-stable])[0])
             preflight.check_time_step(self, self.stable_dt)
-            self._checked_dt = self.dt
+            self._checked = checked
 
     def _of_all_least(self, number):
         """The least of the numbers of all ranks."""

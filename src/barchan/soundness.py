@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from barchan.bonds.cracks import COLUMNS
 from barchan.fields import TABLE
 from barchan.kernels.loads import SUMS
 
@@ -55,6 +56,12 @@ class _Law(_Part):
     history: dict[str, Literal[1, 3]]
 
 
+class _Bonds(_Part):
+    law: _Law | None
+    kinds: list[dict[str, Any]]
+    installed: _Count
+
+
 class _Box(_Part):
     dimension: Literal[2, 3]
     low: _Three
@@ -76,6 +83,7 @@ class _About(_Part):
     gravity: dict[Literal["hash", "value"], Any]
     damping: _Damping
     law: _Law
+    bonds: _Bonds
     materials: dict[str, Any]
     walls: list[dict[str, Any]]
     loads: list[list[float]]
@@ -84,21 +92,25 @@ class _About(_Part):
     user_fields: list[_UserField]
 
 
-def structure_fault(about, fields, contacts):
-    """What is wrong with the structure of a state, or None. Values may be anything: a run that failed is saved too.
-
-    Args:
-        about, fields, contacts: the parts of a ``checkpoint.State``.
+def structure_fault(state):
+    """What is wrong with the structure of a ``checkpoint.State``, or None. Values may be anything: a run that failed is saved,
+    too.
 
     Returns:
         A text such as "radius has shape (3,), not (4,)".
     """
+    about, fields, contacts, bonds, cracks = state
     try:
         _About.model_validate(about)
     except ValidationError as error:
         first = error.errors()[0]
         return f"'{'.'.join(str(part) for part in first['loc'])[:100]}' is wrong: {' '.join(first['msg'].split())[:200]}"
-    return _field_fault(about, fields) or _contact_fault(about, fields["id"], contacts)
+    return (
+        _field_fault(about, fields)
+        or _contact_fault(about, fields["id"], contacts)
+        or _bond_fault(about, fields["id"], bonds)
+        or _crack_fault(about, cracks)
+    )
 
 
 def _field_fault(about, fields):
@@ -119,18 +131,10 @@ def _field_fault(about, fields):
 
 
 def _contact_fault(about, ids, contacts):
-    start, keys, values = contacts
-    width = sum(about["law"]["history"].values())
-    if not (start.dtype == keys.dtype == np.int64 and values.dtype == np.float64):
-        return f"contacts have types {start.dtype}, {keys.dtype}, {values.dtype}, not int64, int64, float64"
-    fault = order_fault(start, len(keys))
+    fault = _rows_fault("contacts", ids, contacts, sum(about["law"]["history"].values()))
     if fault:
         return fault
-    if start.shape != (len(ids) + 1,) or keys.ndim != 1 or values.shape != (len(keys), width):
-        return f"contacts have shapes {start.shape}, {keys.shape}, {values.shape}; they do not fit {len(ids)} grains"
-    owners = np.repeat(np.arange(len(ids)), np.diff(start))
-    if ((owners[1:] == owners[:-1]) & (keys[1:] <= keys[:-1])).any():
-        return "contacts of a grain are not in ascending order"
+    keys, owners = contacts.keys, np.repeat(np.arange(len(ids)), np.diff(contacts.start))
     unknown = (keys < -len(about["walls"])) | (keys >= about["next_id"]) | (keys == ids[owners])
     if unknown.any():
         row = int(np.argmax(unknown))
@@ -139,6 +143,46 @@ def _contact_fault(about, ids, contacts):
     if twice.any():
         row = int(np.argmax(twice))
         return f"grain {ids[owners[row]]} remembers its contact with grain {keys[row]}, whose is the smaller id"
+    return None
+
+
+def _rows_fault(what, ids, rows, width):
+    """What is wrong with the form of rows of grains, or None."""
+    start, keys, values = rows
+    if not (start.dtype == keys.dtype == np.int64 and values.dtype == np.float64):
+        return f"{what} have types {start.dtype}, {keys.dtype}, {values.dtype}, not int64, int64, float64"
+    fault = order_fault(start, len(keys))
+    if fault:
+        return fault
+    if start.shape != (len(ids) + 1,) or keys.ndim != 1 or values.shape != (len(keys), width):
+        return f"{what} have shapes {start.shape}, {keys.shape}, {values.shape}; they do not fit {len(ids)} grains"
+    owners = np.repeat(np.arange(len(ids)), np.diff(start))
+    if ((owners[1:] == owners[:-1]) & (keys[1:] <= keys[:-1])).any():
+        return f"{what} of a grain are not in ascending order"
+    return None
+
+
+def _bond_fault(about, ids, bonds):
+    law, kinds = about["bonds"]["law"], len(about["bonds"]["kinds"])
+    fault = _rows_fault("bonds", ids, bonds, 2 + (sum(law["history"].values()) if law else 0))
+    if fault:
+        return fault
+    owners = np.repeat(ids, np.diff(bonds.start))
+    if ((bonds.keys <= owners) | (bonds.keys >= about["next_id"])).any():
+        return "a grain has a bond with what is no grain of larger id"
+    known = np.isin(bonds.values[:, 0], np.arange(kinds)) & (bonds.values[:, 1] > 0.0)
+    if not known.all() or (len(bonds.keys) and not about["bonds"]["installed"]):
+        return f"a bond is of none of its {kinds} kinds, or has no strength"
+    return None
+
+
+def _crack_fault(about, cracks):
+    if cracks.dtype != np.float64 or cracks.shape[1:] != (len(COLUMNS),):
+        return f"cracks have type {cracks.dtype} and shape {cracks.shape}"
+    step, first, second = (cracks[:, list(COLUMNS).index(name)] for name in ("step", "first", "second"))
+    known = (first >= 0) & (second > first) & (second < about["next_id"]) & (step >= 0) & (step <= about["step"])
+    if not known.all() or not np.array_equal(np.lexsort((step, second, first)), np.arange(len(cracks))):
+        return "cracks are not between two of the grains, up to its step, in the order of these"
     return None
 
 
@@ -166,6 +210,8 @@ def value_fault(state, walls):
         return f"grain {state.fields['id'][row]} at {position[row].tolist()} is not inside the box"
     if not np.isfinite(state.contacts.values).all():
         return "a contact remembers a value that is not finite"
+    if not (np.isfinite(state.bonds.values).all() and np.isfinite(state.cracks).all()):
+        return "a bond remembers, or a crack was, a value that is not finite"
     gravity = state.about["gravity"]
     if not (_alike(gravity, {"hash": ""}) or _alike(gravity, {"value": [0.0, 0.0, 0.0]})):
         return "gravity is neither three finite numbers nor a function"
@@ -217,6 +263,10 @@ def foreign(there, here):
         return f"its law is {_short(law['name'])}, here it is {_short(own['name'])}"
     if law != own:
         return f"law {_short(own['name'])} has changed since"
+    difference = _difference(there["bonds"]["law"], here["bonds"]["law"])
+    difference = difference or _difference(there["bonds"]["kinds"], here["bonds"]["kinds"])
+    if difference:
+        return f"bonds: {difference}"
     spaces = ({name: about[name] for name in ("box", "shape")} for about in (there, here))
     difference = _difference(there["materials"], here["materials"]) or _difference(*spaces)
     if difference:

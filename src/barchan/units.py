@@ -28,6 +28,7 @@ KINDS = {
     "m/N/s": "a gain of force control",
     "Pa": "a pressure",
     "Pa/s": "a rate of pressure",
+    "Pa/m": "a stiffness of an area",
     "J": "an energy",
     "W": "a power",
     "K": "a temperature",

@@ -46,6 +46,7 @@ def owners(parts, count):
     return owner
 
 
+@pytest.mark.validate
 def test_ghosts_are_those_that_pairs_of_two_ranks_need(case):
     """Counted from the list of one rank alone and from who owns what."""
     ((_, pairs, *_),), parts = listed(case, 1), listed(case, RANKS)

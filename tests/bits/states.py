@@ -3,6 +3,7 @@
 import numpy as np
 
 import barchan as bc
+from barchan.bonds import Weibull
 from barchan.packing.lattice import lattice
 
 VALUES = {
@@ -71,4 +72,62 @@ def dense(law, **options):
         )
         own = np.isin(sim.grains.id, ids)
         sim.grains.label[own] = np.stack([sim.grains.id[own], -sim.grains.id[own]], axis=1)
+    return sim
+
+
+#: Two kinds; the brittle one breaks in every mode while the scene runs, the tough one never.
+KINDS = [
+    bc.Bond(
+        bc.laws.parallel_bond,
+        name,
+        kn=4e4,
+        ks=2e4,
+        tensile_strength=600.0 * factor,
+        compressive_strength=800.0 * factor,
+        shear_strength=400.0 * factor,
+        radius_factor=0.8,
+    )
+    for name, factor in (("brittle", 1.0), ("tough", 1e6))
+]
+
+
+def bonded(**options):
+    """The dense state: half of the grains are glued to all that they touch, others to what is near."""
+    sim = dense(bc.laws.linear, bonds=KINDS, **options)
+    sim.install_bonds(among=np.arange(0, 290), strength=Weibull(4.0, seed=3))
+    sim.install_bonds(overlap=-0.06, among=np.arange(250, 500), kind="tough")
+    return sim
+
+
+def tilting_in_plane(time):
+    """Gravity that turns in the plane."""
+    return 50.0 * time, -20.0, 0.0
+
+
+def flow(shape="disc", with_grains=True, **options):
+    """Large and small grains, one of them immobile, on a floor that slides, periodic along x: all overlap a little and move."""
+    edge, small_radius = 8.0, 0.158
+    grain = bc.Material("grain", density=1.0, kn=4e3, kt=1e3, gamma_n=200.0, gamma_t=50.0, friction=0.5)
+    sim = bc.Simulation(
+        bc.Box((0, 0), (edge, edge), (True, False)), bc.laws.linear, grain, 5e-4, tilting_in_plane, shape=shape, **options
+    )
+    sim.check_dt = False
+    sim.add_wall(bc.Plane((0, 0, 0), (0, 1, 0), velocity=(0.3, 0, 0)))
+    if not with_grains:
+        return sim
+    rng = np.random.default_rng(3)
+    large = np.array([(1.0, 1.0, 0.0), (4.0, 0.99, 0.0), (7.0, 1.0, 0.0), (2.5, 2.9, 0.0)])
+    columns = np.stack(np.meshgrid(np.arange(26), np.arange(16), [-0.5]), axis=-1).reshape(-1, 3)
+    small = (columns + 0.5) * edge / 26
+    small[:, :2] += rng.uniform(-0.01, 0.01, (len(small), 2))
+    gap = np.linalg.norm(sim.box.difference(small[:, None], large[None]), axis=2) - 1.0 - small_radius
+    small = small[(gap > -0.02).all(axis=1)]
+    place, radius = np.concatenate([small, large]), np.repeat([small_radius, 1.0], [len(small), len(large)])
+    order, velocity, omega = rng.permutation(len(radius)), 0.3 * rng.normal(size=place.shape), rng.normal(size=place.shape)
+    frozen = radius[order] > 0.5
+    frozen[np.flatnonzero(frozen)[1:]] = False
+    moving = ~frozen[:, None]
+    sim.add_grains(
+        place[order], radius[order], velocity=velocity * (1, 1, 0) * moving, omega=omega * (0, 0, 1) * moving, frozen=frozen
+    )
     return sim

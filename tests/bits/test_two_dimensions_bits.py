@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+import states
 
 import barchan as bc
 from barchan.checkpoint import collect, restore, save
@@ -12,7 +13,7 @@ from barchan.compare import differences
 from barchan.kernels import compiler
 from barchan.parallel import virtual_ranks
 
-STEPS, EDGE, SMALL = 200, 8.0, 0.158
+STEPS = 200
 
 
 @pytest.fixture(autouse=True)
@@ -20,39 +21,8 @@ def threads_even_for_few_grains(monkeypatch):
     monkeypatch.setattr(compiler, "GRAINS_PER_THREAD", 1)
 
 
-def tilting(time):
-    """Gravity that turns in the plane."""
-    return 50.0 * time, -20.0, 0.0
-
-
-def flow(shape="disc", threads=1, with_grains=True):
-    """Large and small grains, one of them immobile, on a floor that slides, periodic along x: all overlap a little and move."""
-    grain = bc.Material("grain", density=1.0, kn=4e3, kt=1e3, gamma_n=200.0, gamma_t=50.0, friction=0.5)
-    sim = bc.Simulation(bc.Box((0, 0), (EDGE, EDGE), (True, False)), bc.laws.linear, grain, 5e-4, tilting, threads, shape=shape)
-    sim.check_dt = False
-    sim.add_wall(bc.Plane((0, 0, 0), (0, 1, 0), velocity=(0.3, 0, 0)))
-    if not with_grains:
-        return sim
-    rng = np.random.default_rng(3)
-    large = np.array([(1.0, 1.0, 0.0), (4.0, 0.99, 0.0), (7.0, 1.0, 0.0), (2.5, 2.9, 0.0)])
-    columns = np.stack(np.meshgrid(np.arange(26), np.arange(16), [-0.5]), axis=-1).reshape(-1, 3)
-    small = (columns + 0.5) * EDGE / 26
-    small[:, :2] += rng.uniform(-0.01, 0.01, (len(small), 2))
-    gap = np.linalg.norm(sim.box.difference(small[:, None], large[None]), axis=2) - 1.0 - SMALL
-    small = small[(gap > -0.02).all(axis=1)]
-    place, radius = np.concatenate([small, large]), np.repeat([SMALL, 1.0], [len(small), len(large)])
-    order, velocity, omega = rng.permutation(len(radius)), 0.3 * rng.normal(size=place.shape), rng.normal(size=place.shape)
-    frozen = radius[order] > 0.5
-    frozen[np.flatnonzero(frozen)[1:]] = False
-    moving = ~frozen[:, None]
-    sim.add_grains(
-        place[order], radius[order], velocity=velocity * (1, 1, 0) * moving, omega=omega * (0, 0, 1) * moving, frozen=frozen
-    )
-    return sim
-
-
 def final_state(shape="disc", threads=1):
-    sim = flow(shape, threads)
+    sim = states.flow(shape, threads=threads)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         sim.run(STEPS)
@@ -100,10 +70,10 @@ def test_a_stop_changes_no_bit(ranks, tmp_path):
     def program():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            sim = flow()
+            sim = states.flow(threads=1)
             sim.run(77)
             save(sim, tmp_path / "stop.h5")
-            again = flow(with_grains=False)
+            again = states.flow(with_grains=False, threads=1)
             restore(again, tmp_path / "stop.h5")
             again.run(STEPS - 77)
         return collect(again)
@@ -115,7 +85,7 @@ def test_many_steps_in_one_call_are_those_made_singly():
     """Constant gravity, one thread: compiled code makes them; the list is made anew on the way."""
 
     def program(singly):
-        sim = flow()
+        sim = states.flow(threads=1)
         sim.gravity = (2.0, -20.0, 0.0)
         if singly:
             sim.clock.by_phase = True

@@ -103,7 +103,7 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-SCENES = {made.__name__: made for made in (dense, steady, rolling, sticky, gas, chute, laboratory)}
+SCENES = {made.__name__: made for made in (dense, steady, rolling, sticky, gas, chute, laboratory, states.bonded, states.flow)}
 
 
 def state_after(name, steps, change=None, **options):

@@ -78,7 +78,7 @@ def test_the_scenes_are_worth_it(name, comm):
         across += int(((sim.contacts.slot[:pairs] > 0) & (sim.contacts.second >= sim.grains.n)).sum())
         moved += len(np.setdiff1d(sim.grains.view("id"), before))
     moved, across, ghosts = comm.sum([moved, across, sim.grains.n_ghost]).tolist()
-    assert moved >= 5 and across >= 1 and ghosts > 50, (moved, across, ghosts)
+    assert moved >= 2 and across >= 1 and ghosts > 5, (moved, across, ghosts)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -95,7 +95,9 @@ def test_steps_in_one_call_are_those_taken_one_by_one(name, comm):
             warnings.simplefilter("ignore")
             sim.run(STEPS)
     assert differences(*map(collect, sims)) == []
-    in_one_call = not callable(sims[0].gravity) and all(wall.steady_steps(0) for wall in sims[0].walls)
+    in_one_call = (
+        not callable(sims[0].gravity) and not sims[0].bonds.active and all(wall.steady_steps(0) for wall in sims[0].walls)
+    )
     assert [sim.clock.seconds.get("steps", 0.0) > 0.0 for sim in sims] == [in_one_call, False]
 
 

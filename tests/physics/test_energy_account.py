@@ -209,3 +209,28 @@ def test_a_compression_at_its_default_step_keeps_account():
     found = account(sim)
     assert found.walls > 10.0 * found.start and found.elastic > found.friction > 0.0
     assert abs(found.residual) < 1e-3 * found.largest
+
+
+def test_bonds_give_back_what_they_store_until_they_break():
+    """A body that rings, then one that is shot to pieces: what bonds take is what the cracks released, but for the error of the
+    time step."""
+    taken = {}
+    for strength, dt in ((1e12, 2e-4), (1e12, 1e-4), (150.0, 1e-4)):
+        glue = bc.Bond(bc.laws.parallel_bond, kn=2e4, ks=1e4, tensile_strength=strength, shear_strength=strength)
+        material = bc.Material("m", density=1.0, kn=1e-9, kt=1e-9, gamma_n=0.0, gamma_t=0.0, friction=0.0)
+        sim = bc.Simulation(bc.Box((-9,) * 3, (9,) * 3), bc.laws.linear, material, dt, threads=1, bonds=glue)
+        sim.max_overlap = np.inf
+        sim.writers.append(EnergyAccount())
+        place = np.stack(np.meshgrid(*3 * [np.arange(3.0)], indexing="ij"), axis=-1).reshape(-1, 3)
+        random = np.random.default_rng(1)
+        sim.add_grains(place, 0.5, velocity=random.normal(scale=1.5, size=place.shape), omega=random.normal(size=place.shape))
+        assert sim.install_bonds(overlap=-0.01) == 54
+        sim.run(round(0.2 / dt))
+        told, cracks = account(sim), bc.bonds.cracks.table(sim)
+        taken[strength, dt] = told.breaking
+        assert told.bonded > 0.0 and abs(told.residual) < 1e-3 * told.start
+        if strength == 150.0:
+            assert len(cracks["step"]) > 10
+            assert told.breaking == pytest.approx(cracks["energy"].sum(), rel=0.03)
+            assert told.breaking > 0.02 * told.start
+    assert abs(taken[1e12, 1e-4]) < 0.3 * abs(taken[1e12, 2e-4]) < 3e-4 * told.start

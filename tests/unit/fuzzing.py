@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scenes import pile
 
+import barchan as bc
 from barchan.parallel import Serial, files
 
 
@@ -62,20 +63,26 @@ def one_line(error):
     return text
 
 
+#: Breaks here and there in the pile below.
+GLUE = bc.Bond(bc.laws.parallel_bond, "glue", kn=500.0, ks=500.0, tensile_strength=12.0, shear_strength=12.0)
+
+
 def filled():
-    """A pile with contacts between grains and with the floor, and a field of its own."""
-    sim = pile(30)
+    """A pile with contacts between grains and with the floor, some bonds, some of them broken, and a field of its own."""
+    sim = pile(30, bonds=GLUE)
     sim.add_field("heat", 3, np.float32, 1.5)
     sim.max_overlap = 0.5
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        sim.run(450)
+        sim.run(400)
+        sim.install_bonds(overlap=-0.4)
+        sim.run(50)
     return sim
 
 
 def fresh():
     """What a script builds before it restores."""
-    sim = pile(0)
+    sim = pile(0, bonds=GLUE)
     sim.max_overlap = 0.5
     return sim
 
@@ -91,7 +98,9 @@ def write_state(state, path):
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in state.fields.items():
             file[f"grains/{name}"] = values
-        for name, values in state.contacts._asdict().items():
-            file[f"contacts/{name}"] = values
+        for group, rows in (("contacts", state.contacts), ("bonds", state.bonds)):
+            for name, values in rows._asdict().items():
+                file[f"{group}/{name}"] = values
+        file["cracks/values"] = state.cracks
         file.attrs["about"] = json.dumps(state.about)
     seal(path)

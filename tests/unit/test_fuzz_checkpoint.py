@@ -27,6 +27,7 @@ def saved(tmp_path_factory):
     save(filled(), path)
     state = read_state(path)
     assert (state.contacts.keys < 0).any() and (state.contacts.keys >= 0).any(), "contacts with the floor and with grains"
+    assert len(state.bonds.keys) > 5 and len(state.cracks) > 1, "bonds, and some that broke"
     return path, state
 
 
@@ -41,7 +42,8 @@ def as_floats(value):
 
 def same(a, b):
     """True if two states are the same to the bit."""
-    arrays = [{k: v.tobytes() for k, v in (state.fields | state.contacts._asdict()).items()} for state in (a, b)]
+    arrays = [{k: v.tobytes() for k, v in state.fields.items()} for state in (a, b)]
+    arrays = [[fields, *map(bytes, (*s.contacts, *s.bonds, s.cracks))] for fields, s in zip(arrays, (a, b))]
     facts = [json.dumps(as_floats(json.loads(json.dumps(state.about))), sort_keys=True) for state in (a, b)]
     return arrays[0] == arrays[1] and facts[0] == facts[1]
 
@@ -61,7 +63,7 @@ def go_on(path):
             return False
         after = collect(sim)
     assert after.about["step"] == loaded.about["step"] + 1 and np.array_equal(after.fields["id"], loaded.fields["id"])
-    for values in (*after.fields.values(), after.contacts.values):
+    for values in (*after.fields.values(), after.contacts.values, after.bonds.values, after.cracks):
         assert np.isfinite(values).all() or values is after.fields["heat"]
     return True
 
@@ -85,7 +87,8 @@ def test_a_damaged_checkpoint_is_refused(count, saved, tmp_path):
 
 
 FIELDS = "id position velocity omega radius mass inertia material frozen image force torque heat".split()
-ARRAYS = st.sampled_from([*(f"grains/{name}" for name in FIELDS), "contacts/start", "contacts/keys", "contacts/values"])
+ROWS = [f"{group}/{name}" for group in ("contacts", "bonds") for name in ("start", "keys", "values")]
+ARRAYS = st.sampled_from([*(f"grains/{name}" for name in FIELDS), *ROWS, "cracks/values"])
 NUMBERS = [0, -1, -2, 1, 7, 2**31, 2**62, 2**63 - 1, -(2**63), math.nan, math.inf, -math.inf, 1e300, 1e308, 1e-300, -1e5, 1e5]
 EXTREMES, WHERE = st.sampled_from(NUMBERS), st.floats(0, 1, exclude_max=True)
 

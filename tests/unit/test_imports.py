@@ -17,7 +17,7 @@ STOREYS = (
     ("grains", "materials"),
     ("parallel", "neighbors"),
     ("walls",),
-    ("forces",),
+    ("forces", "bonds"),
     ("measure",),
     ("actions", "writers", "checkpoint", "compare", "soundness", "report", "record"),
     ("preflight", "assembly", "stepping", "faults"),

@@ -69,7 +69,7 @@ BROKEN = {
     "free fall": wrong_clock,
     "sliding turns into rolling": wrong_inertia,
     "momentum of a colliding cloud": lambda patch: wrong_sum(patch, 1e-9),
-    "neighbour list against all pairs": lambda patch: wrong_arguments(patch, Contacts, "build", lambda a: [*a[:-1], -0.01]),
+    "neighbour list against all pairs": lambda patch: wrong_arguments(patch, Contacts, "find", lambda a: [*a[:-2], -0.01, a[-1]]),
     "forces of a cloud against NumPy": lambda patch: wrong_law(patch, "E_eff", lambda modulus: (1.0 + 1e-9) * modulus),
     "bits: one thread and all threads": lambda patch: wrong_sum(patch, 1e-15, only_on_threads=True),
     "bits: one rank and three": lambda patch: patch.setattr(Ghosts, "start_update", lambda *arguments: None),

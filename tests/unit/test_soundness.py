@@ -20,7 +20,7 @@ def sound():
 @pytest.fixture
 def state(sound):
     """A state to break, its arrays in order of their names."""
-    return State(copy.deepcopy(sound.about), copy.deepcopy(sound.fields), copy.deepcopy(sound.contacts))
+    return copy.deepcopy(sound)
 
 
 def about(*way, value=None):
@@ -59,6 +59,15 @@ def contacts(**changes):
     )
 
 
+def bonds(name, row, value):
+    """Break one number of an array of the bonds."""
+
+    def edit(state):
+        getattr(state.bonds, name)[row] = value
+
+    return edit
+
+
 def keep_larger(state):
     """A contact is remembered by the larger id, too."""
     start, keys, values = state.contacts
@@ -94,7 +103,7 @@ BROKEN = {
     "text for a flag": (about("forces_are_current", value="no"), "'forces_are_current' is wrong"),
     "unknown fact": (about("more", value=1), "'more' is wrong"),
     "no notes": (about("notes", value=[]), "'notes' is wrong"),
-    "format": (about("format", value=1), "another format than 5"),
+    "format": (about("format", value=1), "another format than 6"),
     "history of a law": (about("law", "history", value={"slip": 2}), "'law.history.slip' is wrong"),
     "corner of the box": (about("box", "low", value=[0.0, 0.0]), "'box.low' is wrong"),
     "field that grains have": (about("user_fields", 0, "name", value="radius"), "every grain has that field anyway"),
@@ -132,6 +141,20 @@ BROKEN = {
     "order of contacts": (swap_contacts, "not in ascending order"),
     "memory of the larger id": (keep_larger, "whose is the smaller id"),
     "memory not finite": (number("values", (slice(None), 0), math.inf), "a contact remembers a value that is not finite"),
+    "no bonds": (about("bonds"), "'bonds' is wrong"),
+    "bonds of fewer grains": (lambda s: s._replace(bonds=s.bonds._replace(start=s.bonds.start[:-1])), "bonds have shapes"),
+    "bonds go back": (bonds("start", 15, -(10**6)), "do not follow each other from 0"),
+    "bond with nobody": (bonds("keys", -1, 10**6), "a bond with what is no grain of larger id"),
+    "bond with the smaller id": (bonds("keys", 0, -1), "a bond with what is no grain of larger id"),
+    "kind of a bond": (bonds("values", (0, 0), 1.0), "a bond is of none of its 1 kinds, or has no strength"),
+    "half a kind": (bonds("values", (0, 0), 0.5), "a bond is of none of its 1 kinds, or has no strength"),
+    "strength of a bond": (bonds("values", (0, 1), 0.0), "a bond is of none of its 1 kinds, or has no strength"),
+    "bonds never installed": (about("bonds", "installed", value=0), "a bond is of none of its 1 kinds, or has no strength"),
+    "memory of a bond": (bonds("values", (0, 3), math.nan), "a bond remembers, or a crack was, a value that is not finite"),
+    "order of cracks": (lambda s: s._replace(cracks=s.cracks[::-1].copy()), "in the order of these"),
+    "crack of nobody": (lambda s: s.cracks.__setitem__((-1, 3), 1e6), "cracks are not between two of the grains"),
+    "crack to come": (lambda s: s.cracks.__setitem__((-1, 0), 1e6), "up to its step"),
+    "width of a crack": (lambda s: s._replace(cracks=s.cracks[:, :3]), "cracks have type float64 and shape"),
 }  # fmt: skip
 
 
@@ -156,6 +179,17 @@ def test_the_sound_state_keeps_them_all(state, tmp_path):
     restore(sim, tmp_path / "c.h5")
     assert (state.contacts.keys < 0).any() and (np.diff(state.contacts.start) > 1).any()
     assert sim.grains.n == 30
+    assert len(state.cracks) > 1 and len(sim.bonds) == len(state.bonds.keys) > 5, "some bonds broke, some hold"
+
+
+def test_a_bond_with_a_grain_that_is_not_there_is_refused(state, tmp_path):
+    """Of several ranks none knows all ids: the one that is asked for it does."""
+    ids = state.fields["id"]
+    keep = ids != state.bonds.keys[-1]
+    fields = {name: values[keep] for name, values in state.fields.items()}
+    rows = state.contacts.empty(keep.sum(), state.contacts.values.shape[1])
+    write_state(state._replace(fields=fields, contacts=rows, bonds=state.bonds.take(np.flatnonzero(keep))), tmp_path / "c.h5")
+    assert f"a bond with grain {state.bonds.keys[-1]}, which is not in it" in refused(tmp_path / "c.h5")
 
 
 def test_contacts_of_removed_grains_may_stay(tmp_path):
@@ -218,14 +252,17 @@ def test_arrays_that_are_stored_otherwise_are_refused(way, state, tmp_path):
         (about("box", "high", value=[7.0, 6.0, 6.0]), "box high is [7.0, 6.0, 6.0] there and [6.0, 6.0, 6.0] here"),
         (about("walls", 0), "it has 0 walls, here there are 1; add the same walls in the same order"),
         (about("walls", 0, "kind", value="sphere"), "wall 0 is ('sphere', 0) there and ('plane', 0) here"),
+        (about("bonds", "law", "name", value="cement"), "bonds: name is 'cement' there and 'parallel_bond' here"),
+        (about("bonds", "kinds", 0, "kn", value=1.0), "bonds: glue kn is 1.0 there and 500.0 here"),
+        (about("bonds", "kinds", value=[]), "bonds: is [] there and [{'"),
         (about("gravity", value={"hash": "0" * 64}), "its gravity is a function of time, here it is not"),
     ],
 )  # fmt: skip
 def test_another_scene_is_named_by_its_first_difference(edit, message, state, tmp_path):
-    write_state(state._replace(contacts=state.contacts.empty(30, 3)), tmp_path / "c.h5")
+    write_state(state._replace(contacts=state.contacts.empty(30, 3), bonds=state.bonds.empty(30, 10)), tmp_path / "c.h5")
     restore(fresh(), tmp_path / "c.h5")
     edit(state)
-    write_state(state._replace(contacts=state.contacts.empty(30, 3)), tmp_path / "c.h5")
+    write_state(state._replace(contacts=state.contacts.empty(30, 3), bonds=state.bonds.empty(30, 10)), tmp_path / "c.h5")
     said = refused(tmp_path / "c.h5")
     assert message in said and "0000" not in said
 

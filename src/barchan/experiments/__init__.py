@@ -1,9 +1,11 @@
 """Ready scenes, each run by one command."""
 
 from barchan.experiments.avalanche import AVALANCHE
+from barchan.experiments.bond import BOND
 from barchan.experiments.compression import COMPRESSION
 from barchan.experiments.oedometer import OEDOMETER
 from barchan.experiments.repose import REPOSE
+from barchan.experiments.rock import ROCK
 
 #: All experiments by name.
-EXPERIMENTS = {experiment.name: experiment for experiment in (AVALANCHE, COMPRESSION, OEDOMETER, REPOSE)}
+EXPERIMENTS = {experiment.name: experiment for experiment in (AVALANCHE, BOND, COMPRESSION, OEDOMETER, REPOSE, ROCK)}

@@ -65,7 +65,7 @@ def resume(experiment, scene, path, manner, journal):
     try:
         journal.keep(directory.path / "log.txt")
         sim = experiment.build(scene, manner.threads, with_grains=False)
-        first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling))
+        first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling, sim.bonds.kinds))
         directory.sweep()
         found, complaints = directory.resume(sim)
         for complaint in complaints:
@@ -94,7 +94,7 @@ def resume(experiment, scene, path, manner, journal):
 def prepared(experiment, scene, threads, journal):
     """The simulation at its start, compiled and checked: nothing was written."""
     sim = experiment.build(scene, threads, with_grains=True)
-    first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling))
+    first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling, sim.bonds.kinds))
     sim.prepare()
     return sim
 

@@ -94,7 +94,7 @@ def number_met(n_owned, first, second, met, number):
 
     Args:
         first, second: rows of pairs with a ghost; modified.
-        met: (ghosts,) False; becomes True of those.
+        met: (ghosts,) True of those that are needed anyway; becomes True of those, too.
         number: (ghosts,) becomes the row of each of them.
     """
     for rows in (first, second):

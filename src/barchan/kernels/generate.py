@@ -30,7 +30,8 @@ from barchan.laws.law import MOST_CURVED, STORED_IN
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
 #: Names of the generated module that a law must not bring along.
-_RESERVED = frozenset({"helper", "kernel", "on_one_thread", "prange", "pair_forces", "wall_forces", "widest_lanes"})
+_OF_CONTACTS = {"helper", "kernel", "on_one_thread", "prange", "pair_forces", "wall_forces", "widest_lanes"}
+_RESERVED = frozenset(_OF_CONTACTS | {"bond_forces", "carried", "spun"})
 
 
 class Loops(NamedTuple):
@@ -43,7 +44,7 @@ class Loops(NamedTuple):
     module: types.ModuleType
 
 
-class _Sources:
+class Sources:
     """A function and all plain functions and constants that it uses, as text in the order of definition."""
 
     def __init__(self, law):
@@ -53,7 +54,7 @@ class _Sources:
         self.energy = law.energy and self._add(law.energy.__name__, law.energy)
 
     def _fail(self, text):
-        raise LawError(f"law '{self.law.name}': {text}")
+        raise LawError(f"{self.law.kind} '{self.law.name}': {text}")
 
     def _add(self, name, value):
         if name in _RESERVED or name.startswith("barchan_"):
@@ -124,7 +125,8 @@ def _resolve(function, name):
     return name in function.__globals__, function.__globals__.get(name)
 
 
-def _flat(name, width):
+def flat_names(name, width):
+    """Names of the numbers that a piece of memory is, in the module."""
     return [f"m_{name}"] if width == 1 else [f"m_{name}_{axis}" for axis in "xyz"]
 
 
@@ -133,14 +135,14 @@ def module_text(law, uniform):
 
     Parameters and memory are called p_name and m_name there, so that no name of a user's meets one of the loops'.
     """
-    sources = _Sources(law)
+    sources = Sources(law)
     parameters = [f"p_{name}" for name in law.parameters]
-    history = {name: _flat(name, width) for name, width in law.history.items()}
+    history = {name: flat_names(name, width) for name, width in law.history.items()}
     memory = [flat for names in history.values() for flat in names]
     returned = [
         f"new_{name}[{c}]" if len(names) == 3 else f"new_{name}" for name, names in history.items() for c in range(len(names))
     ]
-    given = {name: _tuple(names) for name, names in history.items()}
+    given = {name: as_tuple(names) for name, names in history.items()}
     given |= {name: f"p_{name}" for name in law.parameters}
     given["relative_omega"] = "(wix - wjx, wiy - wjy, wiz - wjz)"
     arguments = [f"{a}={given.get(a, a)}" for a in inspect.signature(law.function).parameters]
@@ -211,7 +213,7 @@ def _held(law, reach, looked_up):
     }
 
 
-def _tuple(names):
+def as_tuple(names):
     """Source text of a number or a vector."""
     return names[0] if len(names) == 1 else f"({', '.join(names)})"
 
@@ -223,7 +225,7 @@ def _energies(law, energy):
     given, row = {name: f"{name}[c]" for name in STORED_IN}, 0
     given |= {name: f"table[{number}, pair[c]]" for number, name in enumerate(law.parameters)}
     for name, width in law.history.items():
-        given[name] = _tuple([f"memory[{row + k}, c]" for k in range(width)])
+        given[name] = as_tuple([f"memory[{row + k}, c]" for k in range(width)])
         row += width
     arguments = ", ".join(f"{name}={given[name]}" for name in inspect.signature(law.energy).parameters)
     return ENERGIES.format(call=f"{energy}({arguments})")
@@ -239,9 +241,19 @@ def make_loops(law, uniform):
     Raises:
         LawError: the law's source cannot be read, or it uses something that cannot be compiled with it.
     """
-    text = module_text(law, uniform)
+    module = imported(f"barchan_law_{law.name}", module_text(law, uniform))
+    energies = getattr(module, "barchan_energies", None)
+    return Loops(module.pair_forces, module.wall_forces, module.barchan_advance, energies, module)
+
+
+def imported(name, text):
+    """The module of a text, from the cache if it was ever made on this machine.
+
+    Args:
+        name: to which a hash is added.
+    """
     digest = hashlib.sha256((fingerprint() + text).encode()).hexdigest()[:20]
-    name = f"barchan_law_{law.name}_{digest}"
+    name = f"{name}_{digest}"
     if name not in sys.modules:
         path = cache_root() / fingerprint() / f"{name}.py"
         if not path.exists():
@@ -253,6 +265,4 @@ def make_loops(law, uniform):
         module = importlib.util.module_from_spec(spec)
         sys.modules[name] = module
         spec.loader.exec_module(module)
-    module = sys.modules[name]
-    energies = getattr(module, "barchan_energies", None)
-    return Loops(module.pair_forces, module.wall_forces, module.barchan_advance, energies, module)
+    return sys.modules[name]

@@ -1,10 +1,12 @@
 """The physics of a contact: pure functions on the numbers of one contact. No arrays, no compiler, no MPI."""
 
+from barchan.laws.bond import Bond, BondLaw, bond
 from barchan.laws.dmt import dmt
 from barchan.laws.hertz_mindlin import hertz_mindlin, hertz_mindlin_standard
 from barchan.laws.hertz_mindlin_rolling import hertz_mindlin_constant_rolling, hertz_mindlin_rolling
 from barchan.laws.jkr import jkr
 from barchan.laws.law import Law, Property, law
+from barchan.laws.parallel_bond import parallel_bond
 from barchan.laws.shm import shm
 from barchan.laws.viscoelastic import hertz, hertz_standard, linear, linear_standard, silbert, silbert_standard
 
@@ -30,8 +32,11 @@ SHIPPED = {
 
 __all__ = [
     "SHIPPED",
+    "Bond",
+    "BondLaw",
     "Law",
     "Property",
+    "bond",
     "dmt",
     "hertz",
     "hertz_mindlin",
@@ -43,6 +48,7 @@ __all__ = [
     "law",
     "linear",
     "linear_standard",
+    "parallel_bond",
     "shm",
     "silbert",
     "silbert_standard",

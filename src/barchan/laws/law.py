@@ -94,9 +94,12 @@ class Law:
     ends), ``energy`` (None, or a function that tells what a contact stores), ``quantities`` (the names it reads).
     """
 
+    #: What messages call it, and the quantities that it, and its energy, may ask for.
+    kind, known, stored_in = "law", QUANTITIES, STORED_IN
+
     def __init__(self, function, properties, history, lever, mix, couple=False, adhesive=False, reach=None, energy=None):
         if not isinstance(function, FunctionType):
-            raise LawError(f"law: {shown(function)} must be a plain function (def)")
+            raise LawError(f"{self.kind}: {shown(function)} must be a plain function (def)")
         self.function, self.name = function, function.__name__
         self.properties = self._mapping("properties", properties, "{'kn': 'force/length'}")
         self.properties = {name: self._property(name, given) for name, given in self.properties.items()}
@@ -107,36 +110,37 @@ class Law:
         arguments = inspect.signature(function).parameters
         unusual = [str(a) for a in arguments.values() if a.kind is not a.POSITIONAL_OR_KEYWORD or a.default is not a.empty]
         if unusual:
-            raise LawError(f"law '{self.name}': argument(s) {unusual} must be plain names, without * and without defaults")
-        self.quantities = tuple(a for a in arguments if a in QUANTITIES)
-        self.parameters = tuple(a for a in arguments if a not in QUANTITIES and a not in self.history)
+            where = f"{self.kind} '{self.name}'"
+            raise LawError(f"{where}: argument(s) {unusual} must be plain names, without * and without defaults")
+        self.quantities = tuple(a for a in arguments if a in self.known)
+        self.parameters = tuple(a for a in arguments if a not in self.known and a not in self.history)
         self._check_declaration(list(arguments))
 
     def _mapping(self, what, given, example):
         given = {} if given is None else given
         if not hasattr(given, "items") or not all(isinstance(name, str) for name in given):
-            raise LawError(f"law '{self.name}': {what} = {shown(given)} must map names, such as {example}")
+            raise LawError(f"{self.kind} '{self.name}': {what} = {shown(given)} must map names, such as {example}")
         return dict(given)
 
     def _property(self, name, given):
         declared = given if isinstance(given, Property) else Property(given)
         try:
-            check_dimension(f"law '{self.name}', property {name}", declared.dimension)
+            check_dimension(f"{self.kind} '{self.name}', property {name}", declared.dimension)
         except SceneError as error:
             raise LawError(f"{error}") from None
         return declared
 
     def _check_declaration(self, arguments):
-        where = f"law '{self.name}'"
+        where = f"{self.kind} '{self.name}'"
         missing = [name for name in self.history if name not in arguments]
         if missing:
             raise LawError(f"{where}: history {missing} is declared but is no argument of the function")
-        double = [n for n in (*self.properties, *self.history) if n in QUANTITIES]
+        double = [n for n in (*self.properties, *self.history) if n in self.known]
         double += [n for n in self.history if n in self.properties]
         if double:
             raise LawError(
                 f"{where}: {sorted(set(double))} would mean two things; quantities of a contact, properties and "
-                f"history need names of their own. Quantities: {', '.join(QUANTITIES)}"
+                f"history need names of their own. Quantities: {', '.join(self.known)}"
             )
         bad_width = {n: width for n, width in self.history.items() if type(width) is not int or width not in (SCALAR, VECTOR)}
         if bad_width:
@@ -147,7 +151,7 @@ class Law:
             if not isinstance(getattr(self, name), bool):
                 raise LawError(f"{where}: {name} = {shown(getattr(self, name))} must be True or False")
         self._check_companion(where, "reach", ("radius_eff", *self.parameters))
-        self._check_companion(where, "energy", (*STORED_IN, *self.parameters, *self.history))
+        self._check_companion(where, "energy", (*self.stored_in, *self.parameters, *self.history))
         if self.reach is not None and not self.history:
             raise LawError(f"{where}: it has a reach, so it must remember its contacts; declare a history")
         if not callable(self.mix):
@@ -157,7 +161,7 @@ class Law:
             if unknown:
                 raise LawError(
                     f"{where}: argument(s) {unknown} are no quantity of a contact, no history and no declared "
-                    f"material property. Quantities: {', '.join(QUANTITIES)}"
+                    f"material property. Quantities: {', '.join(self.known)}"
                 )
 
     def _check_companion(self, where, what, known):
@@ -179,7 +183,7 @@ class Law:
         return self.function(*args, **kwargs)
 
     def __repr__(self):
-        return f"<law {self.name}>"
+        return f"<{self.kind} {self.name}>"
 
     @property
     def history_width(self):
@@ -267,13 +271,23 @@ class Law:
         return [mixed[name] for name in self.parameters]
 
     def _complete(self, given, where):
-        complete = {}
-        for name, prop in self.properties.items():
-            value = given.get(name, prop.default)
-            if value is None:
-                raise MaterialError(f"{where}: law '{self.name}' needs {name} [{prop.dimension}], which is not given")
-            complete[name] = prop.check(name, value, where)
-        return complete
+        return {name: self.check(name, given, where) for name in self.properties}
+
+    def check(self, name, given, where):
+        """The value of a property, or its default.
+
+        Args:
+            given: property name -> value.
+            where: who asks, for the error message.
+
+        Raises:
+            MaterialError: it is missing or out of range.
+        """
+        prop = self.properties[name]
+        value = given.get(name, prop.default)
+        if value is None:
+            raise MaterialError(f"{where}: law '{self.name}' needs {name} [{prop.dimension}], which is not given")
+        return prop.check(name, value, where)
 
 
 def law(properties=None, history=None, lever="radius", mix=None, couple=False, adhesive=False, reach=None, energy=None):

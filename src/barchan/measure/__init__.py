@@ -1,12 +1,14 @@
 """Measures: they read the state and change nothing."""
 
 from barchan.measure.account import EnergyAccount
+from barchan.measure.bond_table import bond_table
 from barchan.measure.coarse_grain import CoarseFields, coarse_grain
 from barchan.measure.contact_statistics import ContactStatistics
 from barchan.measure.contact_table import contact_table
 from barchan.measure.coordination import Coordination, coordination
 from barchan.measure.energy import EnergyBudget, KineticEnergy
 from barchan.measure.fabric import Fabric, fabric
+from barchan.measure.fragments import Fragments, fragments
 from barchan.measure.front import Front
 from barchan.measure.inertial_number import inertial_number
 from barchan.measure.jet import Jet
@@ -24,16 +26,19 @@ __all__ = [
     "EnergyAccount",
     "EnergyBudget",
     "Fabric",
+    "Fragments",
     "Front",
     "Jet",
     "KineticEnergy",
     "Profile",
     "Strain",
     "Stress",
+    "bond_table",
     "coarse_grain",
     "contact_table",
     "coordination",
     "fabric",
+    "fragments",
     "inertial_number",
     "sliding_fraction",
     "solid_fraction",

@@ -4,7 +4,7 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.measure.base import Result
-from barchan.measure.energy import KineticEnergy, stored
+from barchan.measure.energy import KineticEnergy, stored, stored_in_bonds
 from barchan.measure.powers import Powers, powers
 from barchan.measure.touching import check_contacts
 from barchan.triggers import Every
@@ -25,6 +25,8 @@ class EnergyAccount:
     of sliding and rolling, their dashpots included, and what an incremental law loses or gains as the stiffness of a loaded
     spring changes; of laws that do not tell what they store, springs are friction. *Parting* is what contacts that outlast
     touching still store as they end; for such laws it is what is left of the normal work, and the residual does not test it.
+    *Breaking* is what bonds take: what they stored as they broke, which ``bonds.cracks`` tells of each, and what laws with a
+    dashpot or a softening take before; it is what is left of the work of bonds, so the residual does not test it either.
 
     Grains that come or go in between, or are frozen, released or pushed by hand, take energy along that nobody counts: such a run
     has no account. What contacts store more or less as materials are changed counts as if it had been so at the start.
@@ -38,13 +40,15 @@ class EnergyAccount:
 
     kinetic = Result("energy of translation and rotation now [force length]")
     elastic = Result("energy stored in contacts now [force length]")
-    start = Result("sum of both at the first step seen, and what changes of materials gave since [force length]")
+    bonded = Result("energy stored in bonds now [force length]")
+    start = Result("sum of the three at the first step seen, and what changes of materials gave since [force length]")
     gravity = Result("work of gravity since then [force length]")
     walls = Result("work of walls, and of frozen grains that move [force length]")
     friction = Result("taken by friction [force length]")
     dashpots = Result("taken by the dashpots of normal forces [force length]")
     damping = Result("taken by Simulation.damping [force length]")
     parting = Result("taken by the ends of contacts that outlast touching [force length]")
+    breaking = Result("taken by bonds, as they broke or before [force length]")
     residual = Result("energy now - (start + works - taken) [force length]")
     largest = Result("largest of these terms, residual apart [force length]")
 
@@ -64,7 +68,7 @@ class EnergyAccount:
         accounts, now = sim.notes.setdefault("energy accounts", {}), powers(sim)
         if self.name not in accounts:
             kinetic, (elastic, springs) = KineticEnergy().compute(sim).total, stored(sim)
-            begin = {"kinetic": kinetic, "normal": elastic - springs, "springs": springs}
+            begin = {"kinetic": kinetic, "normal": elastic - springs, "springs": springs, "bonds": stored_in_bonds(sim)}
             accounts[self.name] = {"grains": sim.n_grains, "start": begin, "sums": dict.fromkeys(Powers._fields, 0.0)}
         else:
             known = accounts[self.name]
@@ -87,16 +91,18 @@ class EnergyAccount:
         check_contacts(sim)
         work, begin = Powers(**known["sums"]), known["start"]
         self.kinetic, (self.elastic, springs) = KineticEnergy().compute(sim).total, stored(sim)
-        self.start = begin["kinetic"] + begin["normal"] + begin["springs"]
+        self.bonded = stored_in_bonds(sim)
+        self.start = sum(begin.values())
+        self.breaking = -work.bonds - (self.bonded - begin["bonds"])
         self.gravity, self.walls = work.gravity, work.walls
         self.friction = -work.tangential - (springs - begin["springs"])
         self.dashpots, self.damping = -work.dashpots, -work.damping
         in_normal = self.elastic - springs - begin["normal"]
         self.parting = -work.normal - in_normal if sim.law.reach else 0.0
-        came, gone = self.gravity + self.walls, self.friction + self.dashpots + self.damping + self.parting
-        self.residual = self.kinetic + self.elastic - (self.start + came - gone)
-        terms = (self.kinetic, self.elastic, self.start, self.gravity, self.walls, self.friction, self.dashpots, self.damping)
-        self.largest = max(map(abs, (*terms, self.parting)))
+        taken = (self.friction, self.dashpots, self.damping, self.parting, self.breaking)
+        now, came = (self.kinetic, self.elastic, self.bonded), (self.gravity, self.walls)
+        self.residual = sum(now) - (self.start + sum(came) - sum(taken))
+        self.largest = max(map(abs, (*now, self.start, *came, *taken)))
         return self
 
     def _take_change_of_materials(self, sim, known):

@@ -1,5 +1,7 @@
 """Energies of the grains, and where energy has gone."""
 
+import numpy as np
+
 from barchan.forces import Gravity
 from barchan.measure.base import Result, flowing_rows, full_step, squared
 from barchan.measure.elastic import elastic_energies
@@ -25,7 +27,7 @@ class KineticEnergy:
 
 
 class EnergyBudget:
-    """Where the energy is: that of motion, in gravity and in contacts, of all grains that are not frozen.
+    """Where the energy is: that of motion, in gravity, in contacts and in bonds, of all grains that are not frozen.
 
     Potential energy is -m g . x with the present gravity, 0 at the origin of coordinates, with x followed through periodic
     faces. Elastic energy is that of normal forces and of tangential springs; of a law that does not tell what it stores, that of
@@ -47,7 +49,8 @@ class EnergyBudget:
     rotation = Result("kinetic energy of rotation [force length]")
     potential = Result("potential energy in the present gravity [force length]")
     elastic = Result("energy stored in contacts [force length]")
-    total = Result("sum of these four [force length]")
+    bonded = Result("energy stored in bonds [force length]")
+    total = Result("sum of these five [force length]")
     dissipated = Result("total_at_start - total [force length]")
 
     def __init__(self, total_at_start=None):
@@ -63,8 +66,8 @@ class EnergyBudget:
         rows = flowing_rows(sim)
         columns = (*_kinetic(sim, rows), _potential(sim, rows))
         self.translation, self.rotation, self.potential = exact_sums(columns, sim.comm)[:, 0].tolist()
-        self.elastic = stored(sim)[0]
-        self.total = self.translation + self.rotation + self.potential + self.elastic
+        self.elastic, self.bonded = stored(sim)[0], stored_in_bonds(sim)
+        self.total = self.translation + self.rotation + self.potential + self.elastic + self.bonded
         self.dissipated = 0.0 if self.total_at_start is None else self.total_at_start - self.total
         return self
 
@@ -73,6 +76,12 @@ def stored(sim):
     """Energy stored in all contacts, and the part of it in tangential springs [force length]."""
     normal, springs = exact_sums(elastic_energies(sim), sim.comm)[:, 0].tolist()
     return normal + springs, springs
+
+
+def stored_in_bonds(sim):
+    """Energy stored in all bonds that hold [force length]; 0 if their law does not tell."""
+    some = np.flatnonzero(sim.bonds.holding & (sim.bonds.owners[:, 0] == sim.comm.rank))
+    return float(exact_sums([sim.bonds.energies(sim.grains, some)], sim.comm)[0, 0])
 
 
 def _kinetic(sim, rows):

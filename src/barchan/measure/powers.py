@@ -21,7 +21,7 @@ from barchan.measure.sums import exact_sums
 
 class Powers(NamedTuple):
     """Power on the grains, negative where it takes from them [force length/time]: of gravity, of walls and frozen grains that
-    move, of contacts and of ``Simulation.damping``."""
+    move, of contacts, of ``Simulation.damping`` and of bonds."""
 
     gravity: float
     walls: float
@@ -29,6 +29,7 @@ class Powers(NamedTuple):
     tangential: float
     dashpots: float
     damping: float
+    bonds: float
 
 
 def powers(sim):
@@ -48,14 +49,18 @@ def powers(sim):
     others = [of(out)[2:] for out in (_along_normals(sim), _at_rest(sim))]
     within = [np.concatenate([grain, -wall]) for grain, wall in ((by_grain, by_wall), *others)]
     no_walls = np.zeros(len(by_wall))
+    of_bonds = sim.bonds.sums(grains.n)
+    by_bonds = _power(of_bonds[0], velocity) + _power(of_bonds[1], omega)
+    force, torque = force + of_bonds[0], torque + of_bonds[1]
     total = _power(grains.view("force") - force - gravity, velocity) + _power(grains.view("torque") - torque, omega)
     columns = [
         np.concatenate([np.where(flows, _power(gravity, velocity), 0.0), no_walls]),
-        np.concatenate([np.where(flows, 0.0, -by_grain), by_wall]),
+        np.concatenate([np.where(flows, 0.0, -by_grain - by_bonds), by_wall]),
         np.concatenate([np.where(flows, total, 0.0), no_walls]),
+        np.concatenate([by_bonds, no_walls]),
     ]
-    actual, along, normal, of_gravity, of_walls, damping = exact_sums([*within, *columns], sim.comm)[:, 0].tolist()
-    return Powers(of_gravity, of_walls, normal, actual - along, along - normal, damping)
+    actual, along, normal, of_gravity, of_walls, damping, bonds = exact_sums([*within, *columns], sim.comm)[:, 0].tolist()
+    return Powers(of_gravity, of_walls, normal, actual - along, along - normal, damping, bonds)
 
 
 def _power(force, velocity):

@@ -157,20 +157,19 @@ class Contacts:
         ids, n_rows = self._ids[strangers], len(self._ids)
         return Remembered(n_pairs, count, rows, begin, entries, moved, columns, strangers, ids, n_rows)
 
-    def find(self, grains, grids, start, reach):
+    def find(self, grains, grids, start, reach, met):
         """Find all pairs whose surfaces are closer than ``reach`` [length]. Owned rows are in the order of the grids' cells, of
         which ``start`` tells where they begin. ``build`` has to follow.
 
-        Returns:
-            (ghosts,) bool, those that are in a pair: rows of pairs are numbered as if there were no others.
+        Args:
+            met: (ghosts,) bool, those that are needed anyway; becomes True of those that are in a pair, too. Rows of pairs are
+                numbered as if there were no others.
         """
         self.first, self.second, self._n_inner, self._offsets, self.seen = self.search.find(grains, grids, start, reach)
-        met, border = np.zeros(grains.n_ghost, dtype=bool), slice(self._n_inner, self.n_pairs)
+        border = slice(self._n_inner, self.n_pairs)
         if grains.n_ghost:
-            border_kernels.number_met(
-                np.uint32(grains.n), self.first[border], self.second[border], met, np.empty(len(met), np.uint32)
-            )
-        return met
+            room = np.empty(len(met), dtype=np.uint32)
+            border_kernels.number_met(np.uint32(grains.n), self.first[border], self.second[border], met, room)
 
     def build(self, grains, walls, reach):
         """Find the walls that grains are closer to than ``reach`` [length], and list the contacts of each grain. Of ghosts, there

@@ -32,19 +32,25 @@ class Ghosts:
         """What compiled code brings the ghosts up to date with, or None if it cannot."""
         return self._lines.wire(self.get)
 
-    def build(self, grains, topology, grids, start, reach):
+    def owners(self):
+        """Rank that owns each ghost (ghosts,)."""
+        return ranks_of(self.get)
+
+    def build(self, grains, topology, grids, start, reach, bonded):
         """Make the ghosts of grains that may touch one of this rank's. ``grains`` is modified; the mapping is kept.
 
         Args:
             grids, start: owned rows are in the order of the cells of these ``Grids``, of which ``start`` tells where they begin.
             reach: how far beyond touching grains must see each other [length].
+            bonded: rank -> ascending rows that have to be there anyway, and as many ranks that have such for this one.
         """
         if self.comm.size == 1:
             return
-        partners = topology.neighbours(self.comm.rank, 2.0 * grids.largest[-1] + reach)
+        partners = sorted({*topology.neighbours(self.comm.rank, 2.0 * grids.largest[-1] + reach), *bonded})
         sends = topology.sends(self.comm.rank, grains.block("place"), grids.largest, reach)
         if len(grids.largest) > 1:
             sends = self._with_touching(sends, partners, grains.block("place"), grids, start, reach)
+        sends = _united(sends, bonded)
         self.get = Mapping.define(self.comm, sends, partners)
         names = grains.ghost_blocks()
         self._send(grains, names)
@@ -56,7 +62,7 @@ class Ghosts:
         n_small = start[grids.first[1]]
         larger = Mapping.define(self.comm, {rank: rows[rows >= n_small] for rank, rows in sends.items()}, partners)
         ghosts = np.ascontiguousarray(larger.push(place).send().pop())
-        ranks = np.repeat(np.array(list(larger.receives), dtype=np.int32), list(larger.receives.values()))
+        ranks = ranks_of(larger)
         room = 64 + len(place) // 8
         while True:
             rows, to = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int32)
@@ -64,9 +70,7 @@ class Ghosts:
             if found <= room:
                 break
             room = found
-        touching = {rank: rows[some] for rank, some in by_rank(to[:found]).items()}
-        nothing = rows[:0]
-        return {r: np.union1d(sends.get(r, nothing), touching.get(r, nothing)) for r in sorted({*sends, *touching})}
+        return _united(sends, {rank: rows[some] for rank, some in by_rank(to[:found]).items()})
 
     def keep(self, grains, wanted):
         """Forget the ghosts but for those that are ``wanted`` (ghosts,), in which they keep their order; owners send those alone
@@ -107,3 +111,15 @@ class Ghosts:
             self.get.push(grains.block(name))
         self.get.send()
         self._travelling = blocks
+
+
+def ranks_of(mapping):
+    """Rank from which each row comes (received,)."""
+    ranks, counts = np.array([*mapping.receives.items()], dtype=np.int64).reshape(-1, 2).T
+    return np.repeat(ranks.astype(np.int32), counts)
+
+
+def _united(sends, others):
+    """Rank -> rows in either of two such, ascending."""
+    nothing = np.zeros(0, dtype=np.int64)
+    return {r: np.union1d(sends.get(r, nothing), others.get(r, nothing)) for r in sorted({*sends, *others})}

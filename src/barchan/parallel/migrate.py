@@ -9,22 +9,19 @@ from barchan.neighbors.rows import ContactRows
 from barchan.parallel.mapping import Mapping, by_rank
 
 
-def rehome(comm, topology, grains, contacts, rows, reach):
-    """Every grain to the rank that owns its place, with what it remembers of its contacts.
+def rehome(comm, owner, partners, grains, contacts, rows):
+    """Every grain to its owner, with what it remembers of its contacts.
 
     Args:
+        owner, partners: as ``destinations`` returns them.
         grains: modified; ghosts are dropped.
         contacts: the list, which is put aside; None if there is none.
         rows: ``ContactRows`` of the grains, if there is no list.
-        reach: how near ranks are to each other [length] that are looked among first.
 
     Returns:
         (``ContactRows`` of the grains that are owned now: all, or with a list those of grains that came; what is ``Remembered``
         of the list; the row in it of each grain that is owned now, or ``NOWHERE``).
     """
-    owner, partners = np.broadcast_to(comm.rank, grains.n), None
-    if comm.size > 1:
-        owner, partners = destinations(comm, topology, grains, reach)
     known, origin = NOTHING, np.full(grains.n, NOWHERE)
     if contacts is not None:
         leaving = owner != comm.rank
@@ -46,6 +43,8 @@ def destinations(comm, topology, grains, reach):
     Returns:
         ((n,) rank of each grain, partners as ``migrate`` takes them: those within reach, unless a grain has further to go).
     """
+    if comm.size == 1:
+        return np.broadcast_to(comm.rank, grains.n), None
     owner, near = topology.owner(grains.view("position")), topology.neighbours(comm.rank, reach)
     leaving = owner[owner != comm.rank]
     far = bool(np.isin(leaving, near, invert=True).any())

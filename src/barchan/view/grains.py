@@ -29,8 +29,8 @@ def draw_grains(axes, position, radius, values, limits, scale=1e3):
     Args:
         axes: of matplotlib.
         position: (k, 3) [length]. radius: (k,) [length].
-        values: (k,) to colour by, or one colour for all.
-        limits: (lowest, highest) value of the colours; None with one colour.
+        values: (k,) to colour by, or a colour for all, or (k,) colours.
+        limits: (lowest, highest) value of the colours; None with colours.
         scale: from [length] to the unit of the axes; 1000 for metres shown in mm.
 
     Returns:
@@ -48,7 +48,7 @@ def draw_grains(axes, position, radius, values, limits, scale=1e3):
         linewidths=0.0,
     )
     if limits is None:
-        discs.set_facecolor(values)
+        discs.set_facecolor(values if isinstance(values, str) else np.asarray(values)[order])
     else:
         discs.set(array=np.asarray(values)[order], cmap=COLOUR_MAP, clim=limits)
     axes.add_collection(discs)

@@ -1,0 +1,244 @@
+"""Where bonds are put, what is told of them, and what is refused."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import barchan as bc
+from barchan.bonds import Weibull, cracks
+from barchan.errors import LawError, MaterialError, SceneError
+from barchan.measure import bond_table, fragments, stress, unbalanced_force
+from barchan.parallel import virtual_ranks
+
+GLUE = {"kn": 1e3, "ks": 5e2, "tensile_strength": 1e9, "shear_strength": 1e9}
+KINDS = [bc.Bond(bc.laws.parallel_bond, "weak", **GLUE), bc.Bond(bc.laws.parallel_bond, "strong", **GLUE | {"kn": 2e3})]
+STONE = {"density": 1.0, "kn": 1e3, "kt": 3e2, "gamma_n": 0.0, "gamma_t": 0.0, "friction": 0.4}
+
+
+def empty(box=None, bonds=KINDS, **options):
+    box = box or bc.Box((0, 0, 0), (8, 8, 8), (True, True, False))
+    sim = bc.Simulation(box, bc.laws.linear, bc.Material("stone", **STONE), 1e-3, threads=1, bonds=bonds, **options)
+    sim.max_overlap = np.inf
+    return sim
+
+
+def crowd(count=250, **options):
+    """Grains at random places, some of which overlap."""
+    sim, random = empty(**options), np.random.default_rng(4)
+    sim.add_grains(random.uniform(0.5, 7.5, (count, 3)), random.uniform(0.3, 0.5, count))
+    return sim
+
+
+def close_pairs(sim, overlap):
+    """Set of pairs of ids that overlap by more, from all distances."""
+    position, radius = sim.grains.sorted_by_id("position"), sim.grains.sorted_by_id("radius")
+    branch = sim.box.difference(position[:, None], position[None])
+    depth = radius[:, None] + radius[None] - np.sqrt((branch**2).sum(axis=-1))
+    return {(i, j) for i, j in np.argwhere(depth > overlap).tolist() if i < j}
+
+
+def bonded(sim):
+    table = bond_table(sim)
+    return list(zip(table["first"].tolist(), table["second"].tolist()))
+
+
+@pytest.fixture(autouse=True)
+def deep_overlaps_are_meant():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+@pytest.mark.parametrize("overlap", [0.0, 0.2, -0.3])
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_pairs_that_overlap_by_more_are_bonded(overlap, ranks):
+    """Each once, whoever owns its grains; below 0 also those that are near without touching, beyond the skin of the list."""
+    expected = close_pairs(crowd(), overlap)
+
+    def program():
+        sim = crowd()
+        count = sim.install_bonds(overlap)
+        skin = sim.skin
+        sim.run(0)
+        return count, bonded(sim), skin
+
+    for count, pairs, skin in virtual_ranks(ranks, program):
+        assert len(pairs) == count == len(set(pairs)) > 40 and set(pairs) == expected
+        assert skin is None, "as it was before"
+
+
+def test_among_some_grains_and_not_twice():
+    sim, some = crowd(), np.arange(0, 250, 2)
+    expected = close_pairs(sim, 0.0)
+    inside = {pair for pair in expected if pair[0] % 2 == 0 and pair[1] % 2 == 0}
+    assert sim.install_bonds(among=some, kind="strong") == len(inside) > 10
+    assert sim.install_bonds() == len(expected) - len(inside), "the others"
+    assert sim.install_bonds() == 0
+    sim.run(0)
+    kinds = bond_table(sim)["kind"]
+    assert set(bonded(sim)) == expected and np.count_nonzero(kinds == 1) == len(inside)
+
+
+def test_a_kind_makes_its_bonds_stiffer():
+    forces = []
+    for kind in ("weak", 1):
+        sim = empty()
+        sim.add_grains([(2, 2, 2), (3, 2, 2)], 0.5, mass=1e30, velocity=[(0, 0, 0), (0.01, 0, 0)])
+        sim.install_bonds(-1e-6, kind=kind)
+        sim.run(10)
+        forces.append(float(bond_table(sim)["force"][0, 0]))
+    area = np.pi * 0.25
+    assert forces == pytest.approx([1e3 * area * 1e-4, 2e3 * area * 1e-4], rel=1e-9)
+
+
+def test_strengths_follow_a_distribution_whoever_owns_the_grains():
+    def program():
+        sim = crowd()
+        sim.install_bonds(-0.3, strength=Weibull(3.0, seed=5))
+        sim.run(0)
+        return bond_table(sim)["strength"]
+
+    alone, *_ = virtual_ranks(1, program)
+    assert all(np.array_equal(alone, part) for part in virtual_ranks(3, program)) and len(np.unique(alone)) == len(alone)
+    many = Weibull(3.0, seed=5)(np.arange(100_000), np.arange(100_000) + 7)
+    assert many.mean() == pytest.approx(1.0, abs=0.01)
+    assert many.std() == pytest.approx(0.3634, rel=0.02), "sqrt(Gamma(1 + 2/m) / Gamma(1 + 1/m)^2 - 1)"
+    assert not np.array_equal(many, Weibull(3.0, seed=6)(np.arange(100_000), np.arange(100_000) + 7))
+
+
+def test_a_stretched_periodic_chain_has_the_stress_of_its_bonds():
+    """The force of the bonds over the cross-section of the box, on any number of ranks; the energy of as many springs."""
+
+    def program():
+        sim = empty(bc.Box((0, 0, 0), (8, 3, 3), (True,) * 3))
+        place = np.stack([np.arange(8.0) + 0.5, np.full(8, 1.5), np.full(8, 1.5)], axis=1)
+        sim.add_grains(place, 0.5, mass=1e30, velocity=np.outer((np.arange(8) - 3.5) * 0.01, (1.0, 0.0, 0.0)))
+        assert sim.install_bonds(-1e-6) == 8
+        sim.run(10)
+        table = bond_table(sim)
+        return stress(sim).contact, table["bond_normal_force"], table["energy"].sum(), table["distance"]
+
+    for tensor, force, energy, distance in [*virtual_ranks(1, program), *virtual_ranks(3, program)]:
+        stiffness, grown = 1e3 * np.pi * 0.25, 0.01 * 1e-3 * 10
+        expected = -stiffness * np.append(np.full(7, grown), -7 * grown)
+        assert sorted(force) == pytest.approx(sorted(expected), rel=1e-9)
+        assert tensor[0, 0] == pytest.approx((force * distance).sum() / 72.0 + pressed(distance), rel=1e-9)
+        assert energy == pytest.approx((force**2 / (2.0 * stiffness)).sum(), rel=1e-9)
+
+
+def test_the_unbalanced_force_knows_bonds():
+    """Two ends of a chain are pulled by the bonds with all that they carry: the mean over six grains of two resultants."""
+    sim = empty(bc.Box((0, 0, 0), (9, 3, 3)))
+    place = np.stack([np.arange(6.0) + 1.5, np.full(6, 1.5), np.full(6, 1.5)], axis=1)
+    sim.add_grains(place, 0.5, mass=1e30, velocity=np.outer(np.arange(6) * 0.01, (1.0, 0.0, 0.0)))
+    sim.install_bonds(-1e-6)
+    sim.run(10)
+    assert unbalanced_force(sim) == pytest.approx(2.0 / 6.0, rel=1e-9)
+
+
+def pressed(distance):
+    """Stress of the contact law in the one gap that was closed."""
+    depth = np.maximum(1.0 - distance, 0.0)
+    return (1e3 * depth * distance).sum() / 72.0
+
+
+def test_fragments_are_the_connected_parts():
+    def program():
+        sim = crowd()
+        sim.install_bonds()
+        sim.run(0)
+        return fragments(sim), bonded(sim), sim.grains.sorted_by_id("mass")
+
+    parts = virtual_ranks(1, program) + virtual_ranks(3, program)
+    found, pairs, mass = parts[0]
+    label = np.arange(250)
+    for _ in range(250):
+        for a, b in pairs:
+            label[[a, b]] = min(label[a], label[b])
+    for root in np.unique(label):
+        members = np.flatnonzero(label == root)
+        number = found.of[members[0]]
+        assert (found.of[members] == number).all() and found.grains[number] == len(members)
+        assert found.mass[number] == pytest.approx(mass[members].sum())
+    assert len(found.grains) == len(np.unique(label)) and (np.diff(found.mass) <= 0.0).all() and found.grains[0] > 3
+    for other, *_ in parts[1:]:
+        assert all(a.tobytes() == b.tobytes() for a, b in zip(found, other))
+
+
+def test_a_crack_is_told_once_with_its_place_and_energy():
+    def program():
+        brittle = bc.Bond(bc.laws.parallel_bond, **GLUE | {"tensile_strength": 10.0})
+        sim = empty(bonds=brittle)
+        sim.add_grains([(7.6, 2, 2), (0.8, 2, 2)], (0.5, 0.7), mass=1e30, velocity=[(-1.0, 0, 0), (0, 0, 0)])
+        sim.install_bonds(-1e-6)
+        sim.run(20)
+        return cracks.table(sim), sim.bonds.holding.any(), sim.grains.view("force").copy()
+
+    for told, holds, force in [*virtual_ranks(1, program), *virtual_ranks(2, program)]:
+        assert not holds and (force == 0.0).all()
+        row = {name: column.tolist() for name, column in told.items()}
+        assert (row["step"], row["first"], row["second"], row["mode"]) == ([10], [0], [1], [1]), "10 / (1e3 * 1e-3) steps"
+        assert row["x"][0] == pytest.approx(0.1 - 0.005) and row["nx"] == [-1.0] and row["time"][0] == pytest.approx(0.01)
+        assert row["energy"][0] == pytest.approx(0.5 * 1e3 * np.pi * 0.25 * 0.01**2, rel=1e-9)
+
+
+def test_bonds_in_a_plane_stay_in_it():
+    sim = empty(bc.Box((0, 0), (9, 9)), shape="disc")
+    place = np.stack([*np.meshgrid(np.arange(1.5, 7), np.arange(1.5, 7))], axis=-1).reshape(-1, 2)
+    place = np.concatenate([place, np.zeros((len(place), 1))], axis=1)
+    spin = np.zeros((len(place), 3))
+    spin[:, 2] = np.random.default_rng(2).normal(size=len(place))
+    sim.add_grains(place, 0.5, omega=spin)
+    assert sim.install_bonds(-1e-6) == 60
+    sim.run(200)
+    grains = sim.grains
+    assert (grains.position[:, 2] == 0.0).all() and (grains.omega[:, :2] == 0.0).all() and (grains.force[:, :2] != 0.0).any()
+
+
+def test_a_time_step_too_long_for_the_bonds_is_refused():
+    sim = empty(bonds=bc.Bond(bc.laws.parallel_bond, **GLUE | {"kn": 1e7}))
+    sim.add_grains([(2, 2, 2), (3, 2, 2)], 0.5)
+    sim.run(1)
+    sim.install_bonds(-1e-6)
+    with pytest.raises(SceneError, match="above the stable time step"):
+        sim.run(1)
+    sim.dt = 0.9 * 0.17 * np.sqrt(np.pi / 6.0 / (1e7 * np.pi / 4.0))
+    sim.run(1)
+
+
+WRONG = {
+    "no kinds": (lambda: crowd(bonds=()).install_bonds(), "no kind of bond 0 in this scene; give the simulation some"),
+    "name of a kind": (
+        lambda: crowd().install_bonds(kind="glue"),
+        "no kind of bond 'glue' in this scene; there are: weak, strong",
+    ),
+    "number of a kind": (lambda: crowd().install_bonds(kind=2), "no kind of bond 2"),
+    "overlap": (lambda: crowd().install_bonds(float("nan")), "overlap = nan"),
+    "a mask": (lambda: crowd().install_bonds(among=np.ones(250, dtype=bool)), "must be ids, whole numbers"),
+    "strength": (lambda: crowd().install_bonds(strength=0.0), "strength = 0.0 must be a finite number > 0"),
+    "strengths": (lambda: crowd().install_bonds(strength=lambda a, b: np.ones(3)), "one for each bond"),
+    "near neighbours as far as a period": (lambda: crowd().install_bonds(-5.0), "period along x"),
+    "what is no bond": (lambda: empty(bonds="glue"), "must be a barchan.Bond or a list of them"),
+    "two of one name": (lambda: empty(bonds=[KINDS[0], KINDS[0]]), "each with a name of its own"),
+    "modulus": (lambda: Weibull(0.0), "modulus = 0.0 must be a finite number > 0"),
+    "seed": (lambda: Weibull(2.0, seed=-1), "seed = -1 must be a whole number >= 0"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_cannot_be_is_refused(what):
+    do, message = WRONG[what]
+    with pytest.raises(SceneError, match=message.replace("(", r"\(")):
+        do()
+
+
+def test_kinds_are_checked():
+    with pytest.raises(LawError, match="must be a bond law"):
+        bc.Bond(bc.laws.linear, kn=1.0)
+    with pytest.raises(MaterialError, match="bond 'a': law 'parallel_bond' knows no property 'kt'; known are: kn, ks, "):
+        bc.Bond(bc.laws.parallel_bond, "a", **GLUE, kt=1.0)
+    with pytest.raises(MaterialError, match=r"needs shear_strength \[force/length\^2\], which is not given"):
+        bc.Bond(bc.laws.parallel_bond, "a", **{name: value for name, value in GLUE.items() if name != "shear_strength"})
+    with pytest.raises(MaterialError, match=r"tensile_strength = 0\.0"):
+        bc.Bond(bc.laws.parallel_bond, "a", **GLUE | {"tensile_strength": 0.0})
