@@ -9,7 +9,7 @@ from barchan.domain import Box, numbers
 from barchan.errors import SceneError
 from barchan.fields import DERIVED
 from barchan.grains import Grains, is_physical
-from barchan.laws.bond import Bond, BondLaw
+from barchan.laws.bond import BondLaw, kinds_of
 from barchan.laws.law import Law
 from barchan.materials import Materials
 from barchan.neighbors.contacts import Contacts
@@ -40,7 +40,7 @@ class Assembly:
             )
         if isinstance(law, BondLaw):
             raise SceneError(f"law '{law.name}' is a bond law; it goes into bonds=barchan.Bond(...), beside a contact law")
-        self.box, self.law, self.materials, self.bonds = box, law, Materials(materials), Bonds(_kinds(bonds))
+        self.box, self.law, self.materials, self.bonds = box, law, Materials(materials), Bonds(kinds_of(bonds))
         self.comm = comm or world()
         self.topology = even(box, self.comm.size)
         self.shape = shape_named(shape, box)
@@ -290,7 +290,7 @@ class Assembly:
 
         Args:
             overlap: [length]; below 0 grains are bonded that are nearer than that without touching.
-            among: (k,) ids: only pairs of which both are among them; of several ranks each may name all or its own.
+            among: (k,) ids: only pairs of which both are among them; of several ranks each may name all of them or only its own.
             kind: name or number of the kind of bond.
             strength: how much stronger than their kind the bonds are: a number, or a function of the ids (k,) of both grains,
                 such as ``barchan.bonds.Weibull(modulus, seed)``, that returns (k,) numbers.
@@ -299,8 +299,11 @@ class Assembly:
             How many bonds were installed, on all ranks.
 
         Raises:
-            SceneError: there is no such kind, an argument cannot be used, or the scene cannot be run.
+            SceneError: there is no such kind or no such grain, an argument cannot be used, or the scene cannot be run; nothing
+                was bonded.
         """
+        if among is not None:
+            among = np.concatenate(self.comm.all_gather(self.grains.view("id")[self._chosen(among)]))
         count = install(self, overlap, among, kind, strength)
         self._primed = self._primed and not count
         return count
@@ -396,17 +399,6 @@ class Assembly:
             self._rows = self.contacts.detach(np.ones(self.grains.n, dtype=bool), on_both=False)
             self.grains.drop_ghosts()
             self._listed = False
-
-
-def _kinds(bonds):
-    """Kinds of bond as a list, checked."""
-    kinds = list(bonds) if isinstance(bonds, (list, tuple)) else [bonds]
-    if not all(isinstance(kind, Bond) for kind in kinds):
-        raise SceneError(f"bonds = {shown(bonds)} must be a barchan.Bond or a list of them")
-    names = [kind.name for kind in kinds]
-    if len({kind.law.name for kind in kinds}) > 1 or len(set(names)) != len(names):
-        raise SceneError(f"bonds: all of one law, each with a name of its own; got {shown(kinds)}")
-    return kinds
 
 
 def _wrapped(number):

@@ -2,7 +2,7 @@
 
 import inspect
 import os
-from math import isfinite, sqrt
+from math import hypot, isfinite, sqrt
 
 import numpy as np
 
@@ -158,7 +158,8 @@ def stable_time_step(law, table, grains, n_materials, bonds=None):
                     smallest = min(smallest, 0.5 * mass[row] / c)
     if bonds is None or not len(bonds):
         return smallest
-    return 1.0 / sqrt(1.0 / smallest**2 + 1.0 / _stable_with_bonds(bonds, grains) ** 2)
+    rates = 1.0 / smallest, 1.0 / _stable_with_bonds(bonds, grains)  # 0 where nothing moves
+    return 1.0 / hypot(*rates) if any(rates) else np.inf
 
 
 def _stable_with_bonds(bonds, grains):

@@ -131,3 +131,10 @@ def flow(shape="disc", with_grains=True, **options):
         place[order], radius[order], velocity=velocity * (1, 1, 0) * moving, omega=omega * (0, 0, 1) * moving, frozen=frozen
     )
     return sim
+
+
+def named(name, with_grains=True):
+    """The dense state of a law by its name, or "bonded"; without grains it is one to restore."""
+    if name == "bonded":
+        return bonded() if with_grains else empty(bc.laws.linear, bonds=KINDS)
+    return (dense if with_grains else empty)(bc.laws.SHIPPED[name])

@@ -1,4 +1,4 @@
-"""A run that expects to be killed: victim.py LAW GRAVITY DIRECTORY STEPS EVERY [WRITE]
+"""A run that expects to be killed: victim.py SCENE GRAVITY DIRECTORY STEPS EVERY [WRITE]
 
 It continues from the newest sound checkpoint in DIRECTORY, if there is one, and saves one every EVERY steps. With WRITE it
 kills itself in the middle of that write: after the file has been filled, before it is renamed.
@@ -29,11 +29,10 @@ def die_in_write(number):
     os.fsync = fsync
 
 
-def main(law, gravity, directory, steps, every, write=0):
+def main(scene, gravity, directory, steps, every, write=0):
     warnings.simplefilter("ignore")
-    law = bc.laws.SHIPPED[law]
     path, _ = newest_sound(directory)
-    sim = states.empty(law) if path else states.dense(law)
+    sim = states.named(scene, with_grains=not path)
     sim.gravity = states.GRAVITY[gravity]
     if path:
         restore(sim, path)

@@ -1,5 +1,6 @@
 """Where bonds are put, what is told of them, and what is refused."""
 
+import re
 import warnings
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 import barchan as bc
 from barchan.bonds import Weibull, cracks
-from barchan.errors import LawError, MaterialError, SceneError
+from barchan.errors import BarchanError, LawError, MaterialError, SceneError
 from barchan.measure import bond_table, fragments, stress, unbalanced_force
 from barchan.parallel import virtual_ranks
 
@@ -207,6 +208,46 @@ def test_a_time_step_too_long_for_the_bonds_is_refused():
     sim.run(1)
 
 
+def test_what_was_refused_leaves_no_trace():
+    sim = crowd()
+    with pytest.raises(SceneError, match="period along x"):
+        sim.install_bonds(-5.0)
+    assert sim.skin is None and not len(sim.bonds)
+    sim.run(1)
+
+
+def test_a_strength_that_one_rank_alone_finds_wrong_stops_all():
+    """Of a pair of the first rank's, which the others do not hold."""
+
+    def program():
+        sim, said = crowd(), "nothing"
+        sim.run(0)
+        wrong = sim.comm.from_first(int(sim.grains.view("id").min()))
+        try:
+            sim.install_bonds(-0.1, strength=lambda first, second: np.where(first == wrong, -1.0, 1.0))
+        except BarchanError as error:
+            said = str(error)
+        return sim.comm.all_gather(said), len(sim.bonds)
+
+    for said, bonds in virtual_ranks(3, program):
+        assert all("must be a finite number > 0" in text for text in said) and len(set(said)) > 1 and bonds == 0
+
+
+def test_a_rank_on_which_nothing_moves_has_no_stable_time_step_of_its_own():
+    sim = empty()
+    sim.add_grains([(2, 2, 2), (3, 2, 2), (4, 2, 2)], 0.5)
+    assert sim.install_bonds(-1e-6) == 2
+    sim.freeze([0, 1, 2])
+    sim.run(1)
+    assert sim.stable_dt == np.inf
+
+
+@bc.bond()
+def string(stretch):
+    """A bond of another law."""
+    return -stretch, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0
+
+
 WRONG = {
     "no kinds": (lambda: crowd(bonds=()).install_bonds(), "no kind of bond 0 in this scene; give the simulation some"),
     "name of a kind": (
@@ -215,21 +256,24 @@ WRONG = {
     ),
     "number of a kind": (lambda: crowd().install_bonds(kind=2), "no kind of bond 2"),
     "overlap": (lambda: crowd().install_bonds(float("nan")), "overlap = nan"),
-    "a mask": (lambda: crowd().install_bonds(among=np.ones(250, dtype=bool)), "must be ids, whole numbers"),
+    "a mask": (lambda: crowd().install_bonds(among=np.ones(250, dtype=bool)), "must be whole numbers (a mask goes"),
+    "grains that are not there": (lambda: crowd().install_bonds(among=[3, 250]), "no grain has id [250]"),
     "strength": (lambda: crowd().install_bonds(strength=0.0), "strength = 0.0 must be a finite number > 0"),
     "strengths": (lambda: crowd().install_bonds(strength=lambda a, b: np.ones(3)), "one for each bond"),
     "near neighbours as far as a period": (lambda: crowd().install_bonds(-5.0), "period along x"),
     "what is no bond": (lambda: empty(bonds="glue"), "must be a barchan.Bond or a list of them"),
     "two of one name": (lambda: empty(bonds=[KINDS[0], KINDS[0]]), "each with a name of its own"),
     "modulus": (lambda: Weibull(0.0), "modulus = 0.0 must be a finite number > 0"),
-    "seed": (lambda: Weibull(2.0, seed=-1), "seed = -1 must be a whole number >= 0"),
+    "seed": (lambda: Weibull(2.0, seed=-1), "seed = -1 must be a whole number from 0 to below 2^64"),
+    "seed too long": (lambda: Weibull(2.0, seed=2**64), "must be a whole number from 0"),
+    "kinds of two laws": (lambda: empty(bonds=[KINDS[0], bc.Bond(string, "string")]), "all of one law"),
 }
 
 
 @pytest.mark.parametrize("what", WRONG)
 def test_what_cannot_be_is_refused(what):
     do, message = WRONG[what]
-    with pytest.raises(SceneError, match=message.replace("(", r"\(")):
+    with pytest.raises(SceneError, match=re.escape(message)):
         do()
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from barchan.chance import uniform_of_pairs
 from barchan.errors import SceneError
+from barchan.parallel.guard import raise_together
 from barchan.words import shown
 
 
@@ -14,7 +15,7 @@ class Weibull:
 
     Args:
         modulus: shape: the larger, the narrower; 1 / modulus is about the coefficient of variation times 0.8.
-        seed: whole number >= 0.
+        seed: whole number from 0 to below 2^64.
 
     Raises:
         SceneError: a number is out of range.
@@ -28,8 +29,8 @@ class Weibull:
         number = isinstance(modulus, (int, float)) and not isinstance(modulus, bool)
         if not (number and np.isfinite(modulus) and modulus > 0.0):
             raise SceneError(f"Weibull: modulus = {shown(modulus)} must be a finite number > 0")
-        if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
-            raise SceneError(f"Weibull: seed = {shown(seed)} must be a whole number >= 0")
+        if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or not 0 <= seed < 2**64:
+            raise SceneError(f"Weibull: seed = {shown(seed)} must be a whole number from 0 to below 2^64")
         self.modulus, self.seed = float(modulus), int(seed)
 
     def __call__(self, first, second):
@@ -39,21 +40,7 @@ class Weibull:
 
 
 def install(sim, overlap=0.0, among=None, kind=0, strength=1.0):
-    """Bond pairs of grains that overlap by more than ``overlap`` and are not bonded yet. All ranks must call this.
-
-    Args:
-        overlap: [length]; below 0 grains are bonded that are nearer than that without touching.
-        among: (k,) ids: only pairs of which both are among them; of several ranks each may name all or its own.
-        kind: name or number of the kind of bond.
-        strength: how much stronger than their kind the bonds are: a number, or a function of the ids (k,) of both grains, such as
-            a ``Weibull``, that returns (k,) numbers.
-
-    Returns:
-        How many bonds were installed, on all ranks.
-
-    Raises:
-        SceneError: there is no such kind, an argument cannot be used, or the scene cannot be run.
-    """
+    """What ``Simulation.install_bonds`` does; ``among`` holds the ids of all ranks' grains."""
     bonds, number = sim.bonds, _number_of(sim.bonds, kind)
     if not (isinstance(overlap, (int, float, np.number)) and not isinstance(overlap, bool) and np.isfinite(overlap)):
         raise SceneError(f"install_bonds: overlap = {shown(overlap)} [length] must be a finite number")
@@ -62,10 +49,10 @@ def install(sim, overlap=0.0, among=None, kind=0, strength=1.0):
     pairs = np.stack([ids[first], ids[second]], axis=1)
     chosen = ~_known(pairs, bonds.ids[bonds.holding])
     if among is not None:
-        chosen &= np.isin(pairs, np.concatenate(sim.comm.all_gather(np.unique(_whole(among))))).all(axis=1)
+        chosen &= np.isin(pairs, among).all(axis=1)
     pairs, owners = pairs[chosen], owners[chosen]
     values = np.zeros((len(pairs), 2 + bonds.width))
-    values[:, 0], values[:, 1] = number, _strengths(strength, pairs)
+    values[:, 0], values[:, 1] = number, _strengths(sim.comm, strength, pairs)
     count = int(sim.comm.sum([np.count_nonzero(owners[:, 0] == sim.comm.rank)])[0])
     if count:
         bonds.forget_broken()
@@ -85,15 +72,6 @@ def _number_of(bonds, kind):
     raise SceneError(f"install_bonds: no kind of bond {shown(kind)} in this scene; {there}")
 
 
-def _whole(among):
-    ids = np.atleast_1d(among)
-    if ids.size and ids.dtype.kind not in "iu":
-        raise SceneError(
-            f"install_bonds: among = {shown(among)} must be ids, whole numbers (a mask goes through grains.id[mask])"
-        )
-    return ids.astype(np.int64).ravel()
-
-
 def _near(sim, overlap):
     """Rows of the listed pairs that overlap by more than ``overlap``, (k,) each, and who owns them, (k, 2)."""
     skin, needed = sim.skin, -overlap * (1.0 + 1e-9)
@@ -101,7 +79,10 @@ def _near(sim, overlap):
     if needed > 0.0:
         sim.begin_change()  # the list of now, and as wide
         sim.skin = max(needed, sim.list_skin)
-        sim.prepare()
+        try:
+            sim.prepare()
+        finally:
+            sim.skin = skin
     grains, contacts = sim.grains, sim.contacts
     position, radius = (grains.view(name, ghosts=True) for name in ("position", "radius"))
     first, second = contacts.first, contacts.second
@@ -109,7 +90,6 @@ def _near(sim, overlap):
     near = radius[first] + radius[second] - np.sqrt((branch * branch).sum(axis=1)) > overlap
     owner = np.concatenate([np.full(grains.n, sim.comm.rank, dtype=np.int32), sim.ghosts.owners()])
     found = first[near].copy(), second[near].copy()
-    sim.skin = skin
     return *found, np.stack([owner[rows] for rows in found], axis=1)
 
 
@@ -122,16 +102,16 @@ def _known(pairs, known):
     return np.isin(number.ravel()[len(known) :], number.ravel()[: len(known)])
 
 
-def _strengths(strength, pairs):
-    """Strength of each of the pairs of ids."""
+def _strengths(comm, strength, pairs):
+    """Strength of each of the pairs of ids; of several ranks, one alone may see what is wrong."""
     given = strength(pairs[:, 0], pairs[:, 1]) if callable(strength) else strength
     try:
         numbers = np.broadcast_to(np.asarray(given, dtype=np.float64), len(pairs))
     except (ValueError, TypeError):
         numbers = np.full(1, np.nan)
-    if not (np.isfinite(numbers) & (numbers > 0.0)).all():
-        raise SceneError(
-            f"install_bonds: strength = {shown(given)} must be a finite number > 0, or a function of the ids of both grains that "
-            f"returns one for each bond"
-        )
+    error = SceneError(
+        f"install_bonds: strength = {shown(given)} must be a finite number > 0, or a function of the ids of both grains that "
+        f"returns one for each bond"
+    )
+    raise_together(comm, None if (np.isfinite(numbers) & (numbers > 0.0)).all() else error)
     return numbers

@@ -138,7 +138,7 @@ def bond_forces(parts, first, second, kind, strength, place, motion, spin, table
 BOND_ENERGIES = '''
 
 @kernel(parallel=True)
-def barchan_energies(radius_first, radius_second, kind, table, history, energies):
+def barchan_energies(radius_first, radius_second, kind, table, memory, energies):
     """What each bond stores: written into ``energies`` (k,)."""
     for c in prange(kind.shape[0]):
         energies[c] = {call}

@@ -25,7 +25,7 @@ from barchan.kernels.energies import ENERGIES
 from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import COUPLES, COUPLES_IMPORT, STEPS
 from barchan.kernels.template import ARMS, AT_LEAST, BLOCK, HELD, MODULE
-from barchan.laws.law import MOST_CURVED, STORED_IN
+from barchan.laws.law import MOST_CURVED
 
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
 
@@ -190,7 +190,7 @@ def module_text(law, uniform):
         gathered="pass" if uniform else deepest.join(["pair = material[i] * stride + material[j]", *looked_up]),
         wall_gathered="pass" if uniform else deep.join(["pair = material[i] * stride + wall_material[c]", *looked_up]),
     )
-    return text + STEPS.format(couples=COUPLES if law.couple else "") + _energies(law, sources.energy)
+    return text + STEPS.format(couples=COUPLES if law.couple else "") + energies_text(law, sources.energy, ENERGIES, "pair")
 
 
 def _held(law, reach, looked_up):
@@ -218,17 +218,23 @@ def as_tuple(names):
     return names[0] if len(names) == 1 else f"({', '.join(names)})"
 
 
-def _energies(law, energy):
-    """The loop over contacts that says what they store; none if the law does not tell."""
+def energies_text(law, energy, template, column):
+    """The loop that says what contacts, or bonds, store; none if the law does not tell.
+
+    Args:
+        energy: name of the law's function.
+        template: text of the loop over c.
+        column: name of the array of columns in the table of parameters.
+    """
     if law.energy is None:
         return ""
-    given, row = {name: f"{name}[c]" for name in STORED_IN}, 0
-    given |= {name: f"table[{number}, pair[c]]" for number, name in enumerate(law.parameters)}
+    given, row = {name: f"{name}[c]" for name in law.stored_in}, 0
+    given |= {name: f"table[{number}, {column}[c]]" for number, name in enumerate(law.parameters)}
     for name, width in law.history.items():
         given[name] = as_tuple([f"memory[{row + k}, c]" for k in range(width)])
         row += width
     arguments = ", ".join(f"{name}={given[name]}" for name in inspect.signature(law.energy).parameters)
-    return ENERGIES.format(call=f"{energy}({arguments})")
+    return template.format(call=f"{energy}({arguments})")
 
 
 def make_loops(law, uniform):

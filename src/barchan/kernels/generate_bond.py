@@ -5,8 +5,8 @@ import types
 from typing import NamedTuple
 
 from barchan.kernels.bond_template import BLOCK, BOND_ENERGIES, BOND_MODULE
-from barchan.kernels.generate import Sources, as_tuple, flat_names, imported
-from barchan.laws.bond import RETURNED, STORED_IN
+from barchan.kernels.generate import Sources, as_tuple, energies_text, flat_names, imported
+from barchan.laws.bond import RETURNED
 from barchan.laws.law import VECTOR
 
 
@@ -66,17 +66,4 @@ def bond_module_text(law, uniform):
         keep_fresh=deepest.join(moved) or "pass",
         block=BLOCK,
     )
-    return text + _energies(law, sources.energy)
-
-
-def _energies(law, energy):
-    """The loop that says what bonds store; none if the law does not tell."""
-    if law.energy is None:
-        return ""
-    given, row = {name: f"{name}[c]" for name in STORED_IN}, 0
-    given |= {name: f"table[{number}, kind[c]]" for number, name in enumerate(law.parameters)}
-    for name, width in law.history.items():
-        given[name] = as_tuple([f"history[{row + k}, c]" for k in range(width)])
-        row += width
-    arguments = ", ".join(f"{name}={given[name]}" for name in inspect.signature(law.energy).parameters)
-    return BOND_ENERGIES.format(call=f"{energy}({arguments})")
+    return text + energies_text(law, sources.energy, BOND_ENERGIES, "kind")

@@ -10,7 +10,7 @@ with the bond before the function sees it, so that a rigid motion of both grains
 
 from types import MappingProxyType
 
-from barchan.errors import LawError, MaterialError
+from barchan.errors import LawError, MaterialError, SceneError
 from barchan.laws.law import SCALAR, VECTOR, Law
 from barchan.words import nearest, shown
 
@@ -109,3 +109,21 @@ class Bond:
 
     def __repr__(self):
         return f"Bond({self.law.name}, {self.name!r}, {', '.join(f'{k}={v!r}' for k, v in self.given.items())})"
+
+
+def kinds_of(bonds):
+    """Kinds of bond as a list.
+
+    Args:
+        bonds: a ``Bond`` or a list of them.
+
+    Raises:
+        SceneError: one is no ``Bond``, two have one name, or they are of several laws.
+    """
+    kinds = list(bonds) if isinstance(bonds, (list, tuple)) else [bonds]
+    if not all(isinstance(kind, Bond) for kind in kinds):
+        raise SceneError(f"bonds = {shown(bonds)} must be a barchan.Bond or a list of them")
+    names = [kind.name for kind in kinds]
+    if len({id(kind.law) for kind in kinds}) > 1 or len(set(names)) != len(names):
+        raise SceneError(f"bonds: all of one law, each with a name of its own; got {shown(kinds)}")
+    return kinds
