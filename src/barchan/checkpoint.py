@@ -96,7 +96,7 @@ def _about(sim):
         "bonds": {
             "law": _about_law(sim.bonds.law) if sim.bonds.law else None,
             "kinds": [{"name": kind.name, **kind.given} for kind in sim.bonds.kinds],
-            "installed": sim.bonds.installed,
+            "active": sim.bonds.active,
         },
         "materials": sim.materials.describe(),
         "walls": [wall.state() for wall in sim.walls],

@@ -71,7 +71,7 @@ class Simulation(Assembly):
         self.size_classes, self._scope = SizeClasses(), Scope()
         self.clock, self.stop_requested, self._stopping = Stopwatch(), False, False
         self._in_step = self._acting = False
-        self.loops = self.table = self._checked = self.stable_dt = None
+        self.loops = self.table = self._checked_dt = self.stable_dt = None
         self._computed = 0.0
         self._complete = True
 
@@ -397,12 +397,11 @@ class Simulation(Assembly):
         """The skin and the size classes that suit the grains there are now, and whether the time step does."""
         if self._scope.follow(self, self._listed):
             self._take_down_list()
-        checked = (self.dt, self.bonds.installed)
-        if self.check_dt and not (self._primed and self._checked == checked):
+        if self.check_dt and not (self._primed and self._checked_dt == self.dt):
             stable = preflight.stable_time_step(self.law, self.table, self.grains, len(self.materials), self.bonds)
             self.stable_dt = -float(self.comm.maximum([-stable])[0])
             preflight.check_time_step(self, self.stable_dt)
-            self._checked = checked
+            self._checked_dt = self.dt
 
     def _of_all_least(self, number):
         """The least of the numbers of all ranks."""

@@ -59,7 +59,7 @@ class _Law(_Part):
 class _Bonds(_Part):
     law: _Law | None
     kinds: list[dict[str, Any]]
-    installed: _Count
+    active: bool
 
 
 class _Box(_Part):
@@ -171,7 +171,7 @@ def _bond_fault(about, ids, bonds):
     if ((bonds.keys <= owners) | (bonds.keys >= about["next_id"])).any():
         return "a grain has a bond with what is no grain of larger id"
     known = np.isin(bonds.values[:, 0], np.arange(kinds)) & (bonds.values[:, 1] > 0.0)
-    if not known.all() or (len(bonds.keys) and not about["bonds"]["installed"]):
+    if not known.all() or (len(bonds.keys) and not about["bonds"]["active"]):
         return f"a bond is of none of its {kinds} kinds, or has no strength"
     return None
 

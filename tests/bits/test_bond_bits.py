@@ -70,6 +70,24 @@ def test_any_number_of_ranks(ranks, plain):
         assert differences(plain, state) == []
 
 
+@bc.law(properties={"kn": "force/length"})
+def spring(overlap, kn):
+    """It reads places alone: of ghosts, bonds need velocities, too."""
+    return kn * overlap, (0.0, 0.0, 0.0)
+
+
+def test_beside_a_law_that_reads_places_alone():
+    def program():
+        sim = states.dense(spring, threads=1, bonds=states.KINDS)
+        sim.install_bonds(kind="tough")
+        sim.run(40)
+        return collect(sim)
+
+    alone, *_ = virtual_ranks(1, program)
+    for state in virtual_ranks(3, program):
+        assert differences(alone, state) == []
+
+
 def test_two_threads(plain):
     assert differences(plain, final_state(threads=2)) == []
 

@@ -149,7 +149,7 @@ BROKEN = {
     "kind of a bond": (bonds("values", (0, 0), 1.0), "a bond is of none of its 1 kinds, or has no strength"),
     "half a kind": (bonds("values", (0, 0), 0.5), "a bond is of none of its 1 kinds, or has no strength"),
     "strength of a bond": (bonds("values", (0, 1), 0.0), "a bond is of none of its 1 kinds, or has no strength"),
-    "bonds never installed": (about("bonds", "installed", value=0), "a bond is of none of its 1 kinds, or has no strength"),
+    "bonds never installed": (about("bonds", "active", value=False), "a bond is of none of its 1 kinds, or has no strength"),
     "memory of a bond": (bonds("values", (0, 3), math.nan), "a bond remembers, or a crack was, a value that is not finite"),
     "order of cracks": (lambda s: s._replace(cracks=s.cracks[::-1].copy()), "in the order of these"),
     "crack of nobody": (lambda s: s.cracks.__setitem__((-1, 3), 1e6), "cracks are not between two of the grains"),

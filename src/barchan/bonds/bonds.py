@@ -21,7 +21,7 @@ class Bonds:
 
     Attributes:
         kinds: as given; ``law`` is theirs, None if there are none.
-        installed: how often bonds were installed, on any rank.
+        active: True once bonds were installed on any rank.
         ids: (m, 2) of the grains, the smaller first.
         owners: (m, 2) ranks that own them.
         kind: (m,) number of its kind. strength: (m,) relative to that of the kind.
@@ -35,7 +35,7 @@ class Bonds:
     def __init__(self, kinds):
         self.kinds, self.law = kinds, kinds[0].law if kinds else None
         self.table = np.array([kind.values for kind in kinds], dtype=np.float64).T.copy()
-        self.installed, self._loops, self.cracks = 0, None, Cracks()
+        self.active, self._loops, self.cracks = False, None, Cracks()
         self.clear()
 
     def clear(self):
@@ -49,11 +49,6 @@ class Bonds:
     def width(self):
         """Numbers that a bond remembers."""
         return self.law.history_width if self.law else 0
-
-    @property
-    def active(self):
-        """True once bonds were installed on any rank."""
-        return self.installed > 0
 
     @property
     def holding(self):

@@ -58,7 +58,7 @@ def install(sim, overlap=0.0, among=None, kind=0, strength=1.0):
         bonds.forget_broken()
         bonds.add(pairs, owners, values)
         bonds.settle(sim.grains)
-        bonds.installed += 1
+        bonds.active = True
     return count
 
 

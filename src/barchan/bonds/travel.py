@@ -76,7 +76,7 @@ def deal(comm, bonds, ids, owner, state):
         state: ``checkpoint.State`` of these grains.
     """
     bonds.clear()
-    bonds.installed, bonds.cracks = int(state.about["bonds"]["installed"]), Cracks(state.cracks)
+    bonds.active, bonds.cracks = state.about["bonds"]["active"], Cracks(state.cracks)
     if not bonds.active:
         return
     rows, over = state.bonds, state.about["next_id"]
