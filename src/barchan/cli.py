@@ -398,7 +398,3 @@ def _interrupted(number, frame):
     """Ctrl-C where no run is under way: before its first step, or while figures are drawn. An error, so that of several processes
     all learn of it."""
     raise Interrupted("interrupted; what was written is whole (barchan show DIR draws the figures of a finished run)")
-
-
-if __name__ == "__main__":
-    main()

@@ -23,7 +23,7 @@ class Grains:
     """
 
     def __init__(self, table=TABLE, shape=SPHERE):
-        self.__dict__.update(table=tuple(table), shape=shape, n=0, n_ghost=0, _capacity=0, _room=np.zeros(0), _handed_out={})
+        self.__dict__.update(table=tuple(table), shape=shape, n=0, n_ghost=0, _capacity=0, _room=np.zeros((0, 4)), _handed_out={})
         self.__dict__["_layout"] = block_layout(self.table)
         self.__dict__["_fields"] = {field.name: field for field in self.table}
         self.__dict__["_blocks"] = {name: self._empty(name, 0) for name in self._layout}
@@ -153,7 +153,7 @@ class Grains:
 
     def reserve(self, rows):
         """Make room for ``rows`` rows in all."""
-        if rows <= self._capacity:
+        if rows + memory.SPARE <= self._capacity:
             return
         capacity = int(max(rows, 1.1 * self._capacity)) + 64
         for name, old in self._blocks.items():
@@ -182,15 +182,27 @@ class Grains:
         else:
             self.n += count
 
-    def keep(self, rows):
-        """Keep the owned rows given, in that order, and nothing else. Writes over the working room."""
-        rows = rows.astype(np.intp)
-        for block in self._blocks.values():
-            ordered = self.working_room(-(-len(rows) * block[:1].nbytes // 8))
-            ordered = ordered.view(block.dtype)[: len(rows) * block[:1].size].reshape(-1, *block.shape[1:])
-            np.take(block, rows, axis=0, out=ordered, mode="clip")  # "raise" would make a copy of its own
-            block[: len(rows)] = ordered
-        self.n, self.n_ghost = len(rows), 0
+    def keep(self, rows, but=()):
+        """Keep the owned rows given, in that order, and nothing else. Writes over the working room.
+
+        Args:
+            but: names of blocks that are worth nothing afterwards.
+        """
+        self.n, self.n_ghost, rows = len(rows), 0, rows.astype(np.intp)
+        for name, block in self._blocks.items():
+            if name in but:
+                continue
+            room = self._working_rows()
+            swapped = block.dtype == room.dtype and block.shape == room.shape
+            if block.nbytes > room.nbytes:  # of a user's field
+                ordered = np.empty_like(block)
+            else:
+                ordered = room if swapped else room.reshape(-1).view(block.dtype)[: block.size].reshape(block.shape)
+            np.take(block, rows, axis=0, out=ordered[: self.n], mode="clip")  # "raise" would make a copy of its own
+            if swapped:  # nothing has to be brought back (measured at 9,600,000 grains: 330 ms for all blocks, 180 so)
+                self._blocks[name], self._room = ordered, block
+            else:
+                block[: self.n] = ordered[: self.n]
 
     def take_out(self, leaving):
         """Keep the owned rows but for those (n,) that are ``leaving``; the last ones take their places.
@@ -208,10 +220,15 @@ class Grains:
         return origin
 
     def working_room(self, count):
-        """Memory for ``count`` numbers (float64), for what has to last no longer than to the next ``keep``."""
-        if len(self._room) < count:
-            self._room = memory.empty((count + count // 10,))
-        return self._room[:count]
+        """Memory for up to four numbers (float64) a row and ``memory.SPARE`` more rows, for what has to last no longer than to
+        the next ``keep``."""
+        return self._working_rows().reshape(-1)[:count]
+
+    def _working_rows(self):
+        """A block of rows of four numbers that no field is stored in."""
+        if len(self._room) != self._capacity:
+            self._room = memory.empty((self._capacity, 4))
+        return self._room
 
     def keep_ghosts(self, wanted):
         """Keep the ghosts that are ``wanted`` (ghosts,), in their order."""

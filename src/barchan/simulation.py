@@ -149,6 +149,7 @@ class Simulation(Assembly):
         self.contacts.find(self.grains, grids, start, scope.reach, wanted)
         self.ghosts.keep(self.grains, wanted)
         self.bonds.settle(self.grains)
+        self.faults.found = self.faults.found or self.bonds.fault(self)
         self.contacts.build(self.grains, self.walls, scope.reach)
         self.size_classes.note(self.contacts.search.seconds, self.grains.view("radius", ghosts=True)[self.grains.n :])
         rows = rows.take(order)
@@ -412,5 +413,5 @@ class Simulation(Assembly):
 
     def _sort_in_space(self, grids):
         start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grids)
-        self.grains.keep(order)
+        self.grains.keep(order, but=("force", "torque") if self._in_step else ())  # which are computed next
         return start, order

@@ -126,7 +126,7 @@ def test_the_command_refuses_bad_input_in_one_line(tmp_path):
         (("small", "--case", "dunkirk-20"), "--case goes with size-classes"),
         (("size-classes", "--case", "dunkirk-2O"), "did you mean 'dunkirk-20'?"),
     ):
-        command = [sys.executable, "-m", "barchan.cli", "bench", *arguments]
+        command = [sys.executable, "-m", "barchan", "bench", *arguments]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 2 and word in done.stderr and "Traceback" not in done.stderr
     assert not list(tmp_path.iterdir())
@@ -145,7 +145,7 @@ def test_data_file_keeps_all_bits(tmp_path):
 def test_the_dense_flow_is_faster_than_with_lammps(tmp_path):
     """The whole command at full size: barchan on one thread beats every LAMMPS on one core, at the same work."""
     path = tmp_path / "dense.json"
-    subprocess.run([sys.executable, "-m", "barchan.cli", "bench", "dense", "--json", str(path)], check=True)
+    subprocess.run([sys.executable, "-m", "barchan", "bench", "dense", "--json", str(path)], check=True)
     rows = {row["peer"]: row for row in json.loads(path.read_text())["rows"]}
     assert rows["lammps-1"]["ratio_median"] >= 1.5 and rows["lammps-omp"]["ratio_median"] >= 1.5
     assert all(row["same_work"] for row in rows.values() if "reason" not in row)

@@ -202,7 +202,7 @@ def test_the_first_start_finds_nothing_compiled_and_the_second_all(case):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_command_and_its_codes(tmp_path, number):
     command = subprocess.Popen(
-        [sys.executable, "-m", "barchan.cli", "bench", "small"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "barchan", "bench", "small"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
     assert "timing the first start" in command.stderr.readline()
     while len(family(command.pid)) < 2:

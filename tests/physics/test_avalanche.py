@@ -175,7 +175,7 @@ def test_more_than_one_layer_of_the_wall_is_hidden_behind_the_other():
 def test_the_default_avalanche_at_full_size(tmp_path):
     """The demo: all its checks pass, and front and jet are where they were when they were looked at."""
     out = tmp_path / "demo"
-    command = [sys.executable, "-m", "barchan.cli", "run", "avalanche", "--out", str(out)]
+    command = [sys.executable, "-m", "barchan", "run", "avalanche", "--out", str(out)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     print(done.stderr)

@@ -8,7 +8,7 @@ import pytest
 
 import barchan as bc
 from barchan.bonds import Weibull, cracks
-from barchan.errors import BarchanError, LawError, MaterialError, SceneError
+from barchan.errors import BarchanError, LawError, MaterialError, RunError, SceneError
 from barchan.measure import bond_table, fragments, stress, unbalanced_force
 from barchan.parallel import virtual_ranks
 
@@ -286,3 +286,21 @@ def test_kinds_are_checked():
         bc.Bond(bc.laws.parallel_bond, "a", **{name: value for name, value in GLUE.items() if name != "shear_strength"})
     with pytest.raises(MaterialError, match=r"tensile_strength = 0\.0"):
         bc.Bond(bc.laws.parallel_bond, "a", **GLUE | {"tensile_strength": 0.0})
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_bond_that_grows_to_half_a_period_ends_the_run(ranks):
+    """Beyond that it would pull its grains together round the other side; until then it pulls the right way."""
+
+    def program():
+        sim = empty(box=bc.Box((0, 0, 0), (8, 8, 8), (True, True, True)))
+        sim.add_grains([[3.6, 4, 4], [4.4, 4, 4]], 0.4, mass=1e9, velocity=[[-2.0, 0, 0], [2.0, 0, 0]])
+        assert sim.install_bonds(-1e-6) == 1
+        message = r"bond between grains 0 and 1, step \d+.*nearly as long as half the period along an axis, \[-3\."
+        with pytest.raises(RunError, match=message) as told:
+            sim.run(10_000)
+        assert "0.0, 0.0] in a box of [8.0, 8.0, 8.0]" in str(told.value) and 700 < sim.step_number < 801
+        force = sim.grains.view("force")[:, 0] * np.where(sim.grains.view("id") == 0, 1.0, -1.0)
+        return bool((force > 0.0).all())
+
+    assert all(virtual_ranks(ranks, program))

@@ -37,7 +37,7 @@ SHORT = (*SMALL[:5], "0.018", *SMALL[6:])
 
 def barchan(*arguments, check=None, **more):
     done = subprocess.run(
-        [sys.executable, "-m", "barchan.cli", *map(str, arguments)], capture_output=True, text=True, timeout=300, **more
+        [sys.executable, "-m", "barchan", *map(str, arguments)], capture_output=True, text=True, timeout=300, **more
     )
     if check is not None:
         assert done.returncode == check, done.stderr
@@ -46,7 +46,7 @@ def barchan(*arguments, check=None, **more):
 
 
 def start(*arguments):
-    command = [sys.executable, "-m", "barchan.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "barchan", *map(str, arguments)]
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
 
 

@@ -36,7 +36,7 @@ def run_command(words, directory):
     launcher = []
     if words[0] == "mpiexec":
         launcher, words = [str(Path(sys.executable).with_name("mpiexec")), *words[1:3]], words[3:]
-    program = ["-m", "barchan.cli"] if words[0] == "barchan" else []
+    program = ["-m", "barchan"] if words[0] == "barchan" else []
     run([*program, *words[1:]], directory, launcher)
 
 
@@ -66,7 +66,7 @@ def test_what_a_page_tells_to_do_works(found, tmp_path):
         if kind == "python":
             run([save(text, kind, tmp_path)], tmp_path)
         elif kind == "toml":
-            run(["-m", "barchan.cli", "check", save(text, kind, tmp_path)], tmp_path)
+            run(["-m", "barchan", "check", save(text, kind, tmp_path)], tmp_path)
         else:
             run_command(shlex.split(command), tmp_path)
 

@@ -37,7 +37,7 @@ def test_sand_in_a_triaxial_cell_has_a_friction_angle():
 
 
 def test_the_avalanche_of_the_script_is_that_of_the_file(tmp_path):
-    command = [sys.executable, "-m", "barchan.cli", "run", str(EXAMPLES / "avalanche.toml"), "--out", str(tmp_path)]
+    command = [sys.executable, "-m", "barchan", "run", str(EXAMPLES / "avalanche.toml"), "--out", str(tmp_path)]
     subprocess.run(command, check=True, capture_output=True)
     fields = last_state(tmp_path).fields
     sim = example("avalanche")()

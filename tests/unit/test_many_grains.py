@@ -171,7 +171,7 @@ def test_a_bed_is_settled_by_one_rank_alone(tmp_path, monkeypatch):
 @pytest.mark.validate
 def test_scaling_tells_what_it_measured():
     """Speed-up and efficiency follow from the times by equations (14) and (15); phases, ghosts and messages are there."""
-    told = on_ranks(2, "-m", "barchan.cli", "scaling", "--grains", 2000, "--steps", 100, "--sync")
+    told = on_ranks(2, "-m", "barchan", "scaling", "--grains", 2000, "--steps", 100, "--sync")
     one, both, gain, share = (
         float(re.search(rf"^ *{re.escape(name)} +([\d.]+)", told, re.MULTILINE)[1])
         for name in ("one rank t(1)", "all ranks t(2)", "speed-up S", "efficiency e")
@@ -188,7 +188,7 @@ def test_scaling_tells_what_it_measured():
 
 
 def test_scaling_refuses_one_process():
-    done = subprocess.run([sys.executable, "-m", "barchan.cli", "scaling"], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", "barchan", "scaling"], capture_output=True, text=True)
     assert done.returncode == 2 and "mpiexec -n 2 barchan scaling" in done.stderr
 
 

@@ -104,24 +104,24 @@ def test_a_launcher_of_another_mpi_is_told(tmp_path):
 
 def test_the_command_runs_on_several_ranks_and_speaks_with_one_voice(tmp_path):
     few = ["--grains", "400", "--duration", "10ms", "--equilibrate", "5ms", "--set", "frame_every=5ms"]
-    one = [sys.executable, "-m", "barchan.cli", "run", "avalanche", *few, "--out", str(tmp_path / "one")]
+    one = [sys.executable, "-m", "barchan", "run", "avalanche", *few, "--out", str(tmp_path / "one")]
     subprocess.run(one, check=True, capture_output=True, timeout=LIMIT)
-    done, _ = launch("-m", "barchan.cli", "run", "avalanche", *few, "--out", str(tmp_path / "four"), ranks=4)
+    done, _ = launch("-m", "barchan", "run", "avalanche", *few, "--out", str(tmp_path / "four"), ranks=4)
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("starting in") == 1 and done.stderr.count("results:") == 1
     for path in sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*") if path.is_file()):
         if path.parts[0] in ("frames", "tables", "checkpoints"):
             assert (tmp_path / "one" / path).read_bytes() == (tmp_path / "four" / path).read_bytes(), path
-    done, _ = launch("-m", "barchan.cli", "run", "avalanche", *few, "--out", str(tmp_path / "one"))
+    done, _ = launch("-m", "barchan", "run", "avalanche", *few, "--out", str(tmp_path / "one"))
     assert done.returncode == 2 and done.stderr.count("already holds a run") == 1
-    done, _ = launch("-m", "barchan.cli", "run", "avalanche", "--angle", "200")
+    done, _ = launch("-m", "barchan", "run", "avalanche", "--angle", "200")
     assert done.returncode == 2 and done.stderr.count("barchan: angle") <= 1
 
 
 @pytest.mark.validate
 def test_one_process_of_a_node_compiles_and_tells_how_much(tmp_path):
     done, _ = launch(
-        *("-m", "barchan.cli", "run", "avalanche", "--grains", "400", "--duration", "1ms", "--equilibrate", "1ms"),
+        *("-m", "barchan", "run", "avalanche", "--grains", "400", "--duration", "1ms", "--equilibrate", "1ms"),
         *("--out", str(tmp_path / "run")),
         BARCHAN_CACHE_DIR=str(tmp_path / "cache"),
     )

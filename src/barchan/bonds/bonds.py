@@ -3,6 +3,7 @@
 import numpy as np
 
 from barchan.bonds.cracks import Cracks
+from barchan.errors import RunError
 from barchan.kernels import bonds as kernels
 from barchan.kernels.bond_template import BLOCK, OUT_ROWS, SEEN
 from barchan.kernels.compiler import shares
@@ -112,6 +113,22 @@ class Bonds:
         kernels.list_bonds(self.first, self.second, own, self.start, self.incidence)
         self.count = np.diff(self.start)
         self.out = np.zeros((OUT_ROWS, len(self)))
+
+    def fault(self, sim):
+        """The error for a bond of which it can soon not be told round which side of a periodic box it goes, or None."""
+        if not len(self):
+            return None
+        grains, frame = sim.grains, sim.box.frame
+        holding = (self.first, self.second, self.broken)
+        k = kernels.find_long(*holding, grains.block("place", ghosts=True), frame.length, frame.half, sim.list_skin)
+        if k < 0:
+            return None
+        branch = sim.box.difference(*(grains.view("position", ghosts=True)[rows[k]] for rows in (self.first, self.second)))
+        return RunError(
+            f"bond between grains {self.ids[k, 0]} and {self.ids[k, 1]}, step {sim.step_number}, t = {sim.time:g}: it is nearly "
+            f"as long as half the period along an axis, {branch.tolist()} in a box of {sim.box.length.tolist()} [length]. It may "
+            f"not be longer than that, less the skin {sim.list_skin:g}. Widen the box, or use a bond law that breaks earlier"
+        )
 
     # -- a step ------------------------------------------------------------------------------------------------------
 

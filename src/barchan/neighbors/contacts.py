@@ -219,16 +219,15 @@ class Contacts:
 
     def _new_rows(self, known, origin):
         """The row of each old row now, ``NOWHERE`` if it has none."""
-        rows, mine = np.full(known.n_rows, NOWHERE), np.arange(len(origin), dtype=np.uint32)
+        rows = np.full(known.n_rows, NOWHERE)
         if len(known.strangers) or len(rows) != len(origin):
-            mine = np.flatnonzero(origin != NOWHERE)
             others = np.concatenate([np.flatnonzero(origin == NOWHERE), np.arange(len(origin), len(self._ids))])
             others = others[np.argsort(self._ids[others])]
             place = np.searchsorted(self._ids[others], known.ids)
             there = place < len(others)
             there[there] = self._ids[others[place[there]]] == known.ids[there]
             rows[known.strangers[there]] = others[place[there]]
-        rows[origin[mine]] = mine
+        history_kernels.follow_rows(origin, rows)
         return rows
 
     def _fill_incidence(self, n_owned):
@@ -276,7 +275,9 @@ class Contacts:
         were, which are needed no more."""
         before, self._history_first = self.history, not self._history_first
         self._lay_out()
-        history_kernels.bring_memory(self.slot, self.n_pairs, BLOCK, before, self.history)
+        parts = shares(whole_blocks(self.n_pairs) // BLOCK)
+        room = np.empty((len(parts) - 1, BLOCK), dtype=np.uint32)
+        history_kernels.bring_memory(parts, room, self.slot, self.n_pairs, before, self.history)
 
     def _memory_columns(self):
         """The column of each contact's memory, 0 if it has none."""

@@ -20,7 +20,7 @@ class ContactRows(NamedTuple):
     @classmethod
     def empty(cls, n, width):
         """No contacts for ``n`` grains."""
-        return cls(np.zeros(n + 1, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, width)))
+        return cls(np.broadcast_to(np.int64(0), n + 1), np.zeros(0, dtype=np.int64), np.zeros((0, width)))
 
     @classmethod
     def join(cls, parts):

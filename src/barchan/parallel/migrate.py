@@ -22,8 +22,9 @@ def rehome(comm, owner, partners, grains, contacts, rows):
         (``ContactRows`` of the grains that are owned now: all, or with a list those of grains that came; what is ``Remembered``
         of the list; the row in it of each grain that is owned now, or ``NOWHERE``).
     """
-    known, origin = NOTHING, np.full(grains.n, NOWHERE)
-    if contacts is not None:
+    if contacts is None:
+        known, origin = NOTHING, np.full(grains.n, NOWHERE)
+    else:
         leaving = owner != comm.rank
         rows, known = contacts.detach(leaving, on_both=True), contacts.put_aside(leaving)
         origin = np.arange(grains.n, dtype=np.uint32)
