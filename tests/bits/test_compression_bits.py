@@ -17,6 +17,8 @@ SCENE = {
     "seat": "9 ms",
     "stress_rate": "25 MPa/s",
     "hold": "0.5 ms",
+    "shear_modulus": "15 MPa",
+    "dt": "3.6 us",
     "table_every": "0.25 ms",
     "frame_every": "2 ms",
 }
@@ -32,7 +34,7 @@ def alone(tmp_path_factory):
     return files(out)
 
 
-@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), THREE_RANKS, (1, 2, 15_003), (1, 1, 11_800)])
+@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), THREE_RANKS, (1, 2, 7_503), (1, 1, 5_900)])
 def test_threads_ranks_and_a_stop_change_no_byte(alone, tmp_path, threads, ranks, stop):
     """Stopped while the walls are loaded, between two looks of the servo, and while they are seated."""
     virtual_ranks(ranks, run, COMPRESSION, SCENE, tmp_path, threads, stop)

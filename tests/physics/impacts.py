@@ -116,7 +116,7 @@ class Impacts:
     def run_until_apart(self, most):
         """Run until all contacts have ended, at most ``most`` steps."""
         for _ in range(0, most, 500):
-            advance(self.sim, 500)
+            self.sim.run(500)
             if self.sim.touching == 0:
                 return self
         raise AssertionError(f"{self.sim.touching} contact(s) still touch after {most} steps")

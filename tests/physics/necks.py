@@ -7,7 +7,6 @@ Two touching, immobile spheres of 10 mm lie along x. A small sphere, 10 mm / R a
 from math import cos, log, pi, radians, sin, sqrt
 
 import numpy as np
-from impacts import advance
 
 import barchan as bc
 
@@ -71,7 +70,7 @@ class Necks:
         times, distances, angles = [], [], []
         self.sim.prepare()
         for _ in range(round(duration / every)):
-            advance(self.sim, steps)
+            self.sim.run(steps)
             distance, angle = self.place()
             times.append(self.sim.time)
             distances.append(distance)

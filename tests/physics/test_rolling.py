@@ -5,7 +5,7 @@ from math import cos, log, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 from analytic import rolling_acceleration, rolling_starts
-from impacts import BASIC_LAWS, advance
+from impacts import BASIC_LAWS
 
 import barchan as bc
 
@@ -59,7 +59,7 @@ def follow(sim, steps, every):
     times, speeds, spins = [], [], []
     sim.prepare()
     for _ in range(steps // every):
-        advance(sim, every)
+        sim.run(every)
         times.append(sim.time - 0.5 * sim.dt)
         speeds.append(sim.grains.sorted_by_id("velocity")[:, 0])
         spins.append(sim.grains.sorted_by_id("omega")[:, 1])

@@ -9,7 +9,7 @@ from math import atan, cos, pi, sin
 
 import numpy as np
 import pytest
-from impacts import Impacts, advance
+from impacts import Impacts
 
 import barchan as bc
 from barchan.laws.rolling import rolling_couple
@@ -159,7 +159,7 @@ def test_impact_creates_no_energy_and_loses_more_with_resistance(law, partner):
 def test_without_resistance_the_bits_are_those_of_hertz_mindlin(law):
     own, other = (impacts(which, 0.0, "grain", 0.7) for which in (law, bc.laws.hertz_mindlin))
     for run in (own, other):
-        advance(run.sim, 400)
+        run.sim.run(400)
     for name in ("position", "velocity", "omega", "force", "torque"):
         np.testing.assert_array_equal(own.sim.grains.sorted_by_id(name), other.sim.grains.sorted_by_id(name))
 

@@ -6,7 +6,6 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 from analytic import linear_contact_time, linear_restitution
-from impacts import advance
 
 import barchan as bc
 
@@ -60,7 +59,7 @@ def test_head_on_impact_has_the_restitution_of_the_dashpot(shape):
     place = np.array([5.0, 5.0, 0.0])
     sim.add_grains([place - RADIUS * direction, place + RADIUS * direction], RADIUS, velocity=[direction, -direction])
     sim.prepare()
-    advance(sim, 4400)
+    sim.run(4400)
     away = sim.grains.sorted_by_id("velocity") @ direction
     restitution = linear_restitution(stiffness, mass_eff, rate)
     assert sim.touching == 0 and away == pytest.approx([-restitution, restitution], rel=5e-3) and 0.5 < restitution < 0.9
@@ -104,7 +103,7 @@ def test_oblique_impact_keeps_the_momenta(shape):
         return (mass * np.cross(half, v)[:, 2] + INERTIA[shape] * mass * RADIUS**2 * w[:, 2]).sum()
 
     momentum, before, spin = sim.grains.velocity.sum(axis=0), angular(), sim.grains.sorted_by_id("omega")[:, 2]
-    advance(sim, 2000)
+    sim.run(2000)
     assert np.abs(sim.grains.sorted_by_id("omega")[:, 2] - spin).min() > 0.1, "friction acted"
     assert sim.touching == 0 and sim.grains.velocity.sum(axis=0) == pytest.approx(momentum, abs=1e-12)
     assert angular() == pytest.approx(before, rel=2e-3)

@@ -199,7 +199,7 @@ def capacity(grains, steps, path, limit):
 
 
 def test_a_bed_runs_is_shared_anew_saved_and_read_back(tmp_path):
-    assert capacity(30_000, 200, tmp_path / "small.h5", 300)["coordination"] > 4.0
+    assert capacity(8_000, 120, tmp_path / "small.h5", 300)["coordination"] > 4.0
 
 
 @pytest.mark.validate
