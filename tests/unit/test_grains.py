@@ -239,6 +239,21 @@ def test_user_fields_survive_when_the_arrays_grow():
     assert_labelled(sim, 3)
 
 
+@pytest.mark.parametrize(("width", "dtype"), [(1, bool), (4, np.float64), (4, np.float32), (7, np.float64), (9, np.int16)])
+def test_user_fields_of_any_size_follow_their_grains_over_rebuilds(width, dtype):
+    """As rows of the library's own fields do, and those that are larger than any of these."""
+    sim = pile()
+    sim.add_field("tag", width=width, dtype=dtype)
+    numbers = (np.arange(40)[:, None] * 5 + np.arange(width)).astype(dtype)
+    sim.grains.tag = (numbers[sim.grains.id] if width > 1 else numbers[sim.grains.id, 0]).astype(dtype)
+    before = sim.grains.id.copy()
+    for _ in range(3):
+        sim.run(50)
+        assert np.array_equal(sim.grains.sorted_by_id("tag"), numbers if width > 1 else numbers[:, 0])
+        assert np.array_equal(sim.grains.sorted_by_id("radius"), pile().grains.sorted_by_id("radius"))
+    assert sim.staleness.rebuilds >= 3 and not np.array_equal(before, sim.grains.id), "rows have moved"
+
+
 def test_user_fields_migrate_with_their_grains():
     def program():
         sim = pile()
