@@ -15,7 +15,7 @@ from barchan.words import shown
 #: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
 _TYPICAL = 0.05
 
-#: Largest radius [length]: its third power is a number, and so are products of that.
+#: Largest radius and skin [length]: their third power is a number, and so are products of that.
 _WIDEST = 1e50
 
 #: Memory of a grain with its contacts, measured on the avalanche of 125,000 grains with 2.4 contacts a grain.
@@ -79,18 +79,19 @@ def _width(part):
     """1 for a number, 3 for a tuple of three numbers, None for anything else."""
     if isinstance(part, tuple):
         return 3 if [_width(x) for x in part] == [1, 1, 1] else None
-    return 1 if isinstance(part, (bool, int, float, np.number)) and not isinstance(part, np.complexfloating) else None
+    return 1 if isinstance(part, (bool, np.bool_, int, float, np.number)) and not isinstance(part, np.complexfloating) else None
 
 
 def check_energy(law, table):
-    """Refuse a law whose ``energy`` is none, for contacts without a past of grains of radius 1.
+    """Refuse a law whose ``energy`` is none, for contacts or bonds without a past of grains of radius 1.
 
     Raises:
         LawError: it fails, or does not return two finite numbers.
     """
-    if law.energy is None:
+    if law is None or law.energy is None:
         return
     names = inspect.signature(law.energy).parameters
+    count = 1 if law.kind == "bond law" else 2
     contact = equal_contact(1.0, 1.0, 2.0 * _TYPICAL) | {n: 0.0 if width == 1 else (0.0,) * 3 for n, width in law.history.items()}
     for parameters in table.T.tolist():
         known = contact | dict(zip(law.parameters, parameters))
@@ -99,13 +100,13 @@ def check_energy(law, table):
             with np.errstate(all="ignore"):
                 stored = law.energy(**{name: _as_compiled(value) for name, value in given.items()})
         except Exception as error:  # whatever a user's function stumbles over
-            raise LawError(f"law '{law.name}': its energy() fails with {type(error).__name__}: {error}, for {given}") from error
-        two = isinstance(stored, tuple) and [_width(part) for part in stored] == [1, 1]
-        if not (two and all(map(isfinite, stored))):
             raise LawError(
-                f"law '{law.name}': its energy() must return two finite numbers, what the normal force stores and what springs "
-                f"do; got {shown(stored)} for {given}"
-            )
+                f"{law.kind} '{law.name}': its energy() fails with {type(error).__name__}: {error}, for {given}"
+            ) from error
+        parts = stored if count == 2 and isinstance(stored, tuple) else (stored,)
+        if not ([_width(part) for part in parts] == [1] * count and all(map(isfinite, parts))):
+            wanted = "one finite number" if count == 1 else "two finite numbers, what the normal force stores and what springs do"
+            raise LawError(f"{law.kind} '{law.name}': its energy() must return {wanted}; got {shown(stored)} for {given}")
 
 
 def stiffness(law, parameters, radius, mass, overlap):
@@ -195,8 +196,10 @@ def check_settings(sim):
             continue
         number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
         unlimited = name == "max_overlap" and value == np.inf
-        if not (number and (np.isfinite(value) or unlimited) and (value > 0.0 or (zero_too and value == 0.0))):
-            raise SceneError(f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0")
+        if not (number and (abs(value) <= _WIDEST or unlimited) and (value > 0.0 or (zero_too and value == 0.0))):
+            raise SceneError(
+                f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0, and at most {_WIDEST:g}"
+            )
     Damping.check(sim.damping, sim.dt)
     seen = {}
     for number, wall in enumerate(sim.walls):
@@ -316,6 +319,19 @@ def check_plane(grains):
             )
 
 
+def out_of_plane(sim):
+    """The error for grains that a law turns out of the plane of a two-dimensional box, or None; forces are looked at where they
+    move grains."""
+    grains = sim.grains
+    if sim.box.dimension == 3 or not (grains.view("torque")[:, :2].any() or grains.view("omega")[:, :2].any()):
+        return None
+    try:
+        check_plane(grains)
+    except SceneError as error:
+        return LostGrainError(f"step {sim.step_number}: {error}. Likely cause: a law or a wall that leads out of it")
+    return None
+
+
 def check_box(sim, cutoff):
     """Refuse a period shorter than two cut-offs: a grain would meet the same neighbour twice.
 
@@ -340,7 +356,8 @@ def check_time_step(sim, stable):
     if sim.dt > stable:
         raise SceneError(
             f"dt = {sim.dt:g} [time] is above the stable time step {stable:g} (0.17 sqrt(m/k), or m_eff/c, of the "
-            f"lightest, stiffest, most damped contact at 5 % overlap). Use a smaller dt, or a softer or less damped material"
+            f"lightest, stiffest, most damped contact at 5 % overlap{' and of its bonds' if sim.bonds.active else ''}). Use a "
+            f"smaller dt, or a softer or less damped material{' or softer bonds' if sim.bonds.active else ''}"
         )
 
 
@@ -384,7 +401,7 @@ def bad_force(sim):
     return NotFiniteError(
         f"grain {grains.view('id')[row]} at {grains.view('position')[row].tolist()}, step {sim.step_number}: its force "
         f"{grains.view('force')[row].tolist()} is not finite. Likely cause: two grains at the same place, or a law "
-        f"that divides by zero"
+        f"that divides by zero{f', or bond law {sim.bonds.law.name!r}' if sim.bonds.active else ''}"
     )
 
 

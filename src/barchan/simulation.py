@@ -149,7 +149,6 @@ class Simulation(Assembly):
         self.contacts.find(self.grains, grids, start, scope.reach, wanted)
         self.ghosts.keep(self.grains, wanted)
         self.bonds.settle(self.grains)
-        self.faults.found = self.faults.found or self.bonds.fault(self)
         self.contacts.build(self.grains, self.walls, scope.reach)
         self.size_classes.note(self.contacts.search.seconds, self.grains.view("radius", ghosts=True)[self.grains.n :])
         rows = rows.take(order)
@@ -178,6 +177,7 @@ class Simulation(Assembly):
         self._damping.apply(grains)
         self.loads.forget()
         self.faults.note(self, large, too_large, not_finite)
+        self.faults.found = self.faults.found or preflight.out_of_plane(self)
 
     def prepare(self):
         """Check the scene and bring forces up to date with what was changed since the last run.
@@ -187,7 +187,9 @@ class Simulation(Assembly):
         """
         self._refuse_if_torn()
         if self._acting:
-            raise SceneError(f"step {self.step_number}: an action cannot call run() or prepare(), it is in the middle of a step")
+            raise SceneError(
+                f"step {self.step_number}: an action cannot call run(), prepare() or install_bonds(): it is within a step"
+            )
         use_threads(self.threads, self.grains.n)
         if self._in_step:
             self._warn_of_broken_step("the run")
@@ -198,6 +200,7 @@ class Simulation(Assembly):
         self._take_up_parameters()
         if self.loops is None:
             preflight.check_energy(self.law, self.table)
+            preflight.check_energy(self.bonds.law, self.bonds.table)
             self.loops = make_loops(self.law, len(self.materials) == 1)
         self._take_up_sizes()
         if not (self._primed and self._listed):
@@ -275,6 +278,7 @@ class Simulation(Assembly):
             self._in_step = bool(done.begun)
             self.loads.forget()
             self.faults.note(self, done.large, done.too_large, done.not_finite)
+            self.faults.found = self.faults.found or preflight.out_of_plane(self)
         watch_of_wire = wire.watch.tolist()
         self.balance.note(watch_of_wire[SLOWEST], watch_of_wire[OWN], done.done)
         self.clock.lap("steps")
@@ -345,8 +349,9 @@ class Simulation(Assembly):
             self._take_up_edits()
             if not self._listed:
                 raise_together(self.comm, preflight.fault(self))
-            if self._take_up_parameters() or not self._listed:
-                self._take_up_sizes()
+            self._take_up_parameters()
+            self._take_up_sizes()
+            if not self._listed:
                 preflight.check_box(self, self._scope.cutoff)
 
     def _write(self):
@@ -385,14 +390,12 @@ class Simulation(Assembly):
             self._primed = False
 
     def _take_up_parameters(self):
-        """Check what users set on the simulation and its materials, and bring it in; True if contacts have new parameters."""
+        """Check what users set on the simulation and its materials, and bring it in."""
         preflight.check_settings(self)
         self._gravity, self._damping = Gravity(self.gravity, self.box.dimension), self.damping
         before, self.table = self.table, self.materials.table(self.law)
-        if before is None or np.array_equal(before, self.table):
-            return False
-        self._primed = False  # forces with the new parameters
-        return True
+        if before is not None and not np.array_equal(before, self.table):
+            self._primed = False  # forces with the new parameters
 
     def _take_up_sizes(self):
         """The skin and the size classes that suit the grains there are now, and whether the time step does."""

@@ -124,6 +124,56 @@ def test_separators_that_are_none(separators):
         sim.prepare()
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("separators", (3.0, 1.0)),
+        ("strategy", "nonsense"),
+        *(("cell", cell) for cell in (-1.0, 0.0, np.nan, "1", True)),
+    ],
+)
+def test_what_an_action_sets_is_checked_in_its_step(name, value):
+    class Sets:
+        due = bc.At(3)
+
+        def apply(self, sim):
+            setattr(sim.size_classes, name, value)
+
+    sim = cloud(np.ones(10))
+    sim.actions.append(Sets())
+    with pytest.raises(SceneError, match=rf"size_classes\.{name} = "):
+        sim.run(10)
+    assert sim.step_number == 3
+
+
+def test_classes_of_ones_own_take_their_place_in_any_step():
+    sim, other = cloud(np.repeat([0.1, 3.0], [500, 3])), classes.SizeClasses()
+    sim.run(2)
+    other.separators, other.cell = (1.0,), np.float32(0.5)
+    sim.size_classes = other
+    sim.run(2)
+    assert other.choice.count.tolist() == [500, 3] and "2 (as given): " in str(other)
+    other.separators = ()
+    assert "2 (as given): " in str(other), "of now"
+    sim.run(2)
+    assert "1 (as given): " in str(other)
+    for wrong in ((1.0,), None, classes.SizeClasses):
+        sim.size_classes = wrong
+        with pytest.raises(SceneError, match=r"size_classes = .* must be a barchan\.neighbors\.classes\.SizeClasses"):
+            sim.run(1)
+
+
+def test_the_text_tells_what_one_class_would_cost():
+    sim = cloud(np.repeat([0.1, 3.0], [500, 3]))
+    sim.size_classes.separators = (1.0,)
+    sim.prepare()
+    alone = divide(sim._scope.sizes, sim._scope.reach, ()).seconds
+    assert f"s by the cost model, {alone:.2g} s with one class; it took" in str(sim.size_classes)
+    sim.size_classes.separators = ()
+    sim.prepare()
+    assert "with one class" not in str(sim.size_classes)
+
+
 def test_a_typo_is_told_of():
     with pytest.raises(AttributeError):
         cloud(np.ones(3)).size_classes.seperators = (1.0,)

@@ -3,9 +3,9 @@
 import numpy as np
 
 from barchan.bonds.cracks import Cracks
-from barchan.errors import RunError
+from barchan.errors import NotFiniteError, RunError
 from barchan.kernels import bonds as kernels
-from barchan.kernels.bond_template import BLOCK, OUT_ROWS, SEEN
+from barchan.kernels.bond_template import BLOCK, NOT_FINITE, OUT_ROWS, SEEN, TOO_LONG
 from barchan.kernels.compiler import shares
 from barchan.kernels.generate_bond import make_bond_loops
 from barchan.neighbors.rows import ContactRows
@@ -21,7 +21,7 @@ class Bonds:
         kinds: list of ``Bond``, of one law.
 
     Attributes:
-        kinds: as given; ``law`` is theirs, None if there are none.
+        kinds: as given, a tuple; ``law`` is theirs, None if there are none.
         active: True once bonds were installed on any rank.
         ids: (m, 2) of the grains, the smaller first.
         owners: (m, 2) ranks that own them.
@@ -34,7 +34,7 @@ class Bonds:
     """
 
     def __init__(self, kinds):
-        self.kinds, self.law = kinds, kinds[0].law if kinds else None
+        self.kinds, self.law = tuple(kinds), kinds[0].law if kinds else None
         self.table = np.array([kind.values for kind in kinds], dtype=np.float64).T.copy()
         self.active, self._loops, self.cracks = False, None, Cracks()
         self.clear()
@@ -97,6 +97,7 @@ class Bonds:
         self.kind, self.strength = values[:, 0].astype(np.uint32), np.ascontiguousarray(values[:, 1])
         self.history, self.broken = np.ascontiguousarray(values[:, 2:].T), np.zeros(len(ids), dtype=np.uint8)
         self.first = self.second = np.zeros(0, dtype=np.uint32)
+        self.out = np.zeros((OUT_ROWS, 0))
 
     def settle(self, grains):
         """Number the grains of all bonds by their rows, and put the bonds in the order of these."""
@@ -113,22 +114,6 @@ class Bonds:
         kernels.list_bonds(self.first, self.second, own, self.start, self.incidence)
         self.count = np.diff(self.start)
         self.out = np.zeros((OUT_ROWS, len(self)))
-
-    def fault(self, sim):
-        """The error for a bond of which it can soon not be told round which side of a periodic box it goes, or None."""
-        if not len(self):
-            return None
-        grains, frame = sim.grains, sim.box.frame
-        holding = (self.first, self.second, self.broken)
-        k = kernels.find_long(*holding, grains.block("place", ghosts=True), frame.length, frame.half, sim.list_skin)
-        if k < 0:
-            return None
-        branch = sim.box.difference(*(grains.view("position", ghosts=True)[rows[k]] for rows in (self.first, self.second)))
-        return RunError(
-            f"bond between grains {self.ids[k, 0]} and {self.ids[k, 1]}, step {sim.step_number}, t = {sim.time:g}: it is nearly "
-            f"as long as half the period along an axis, {branch.tolist()} in a box of {sim.box.length.tolist()} [length]. It may "
-            f"not be longer than that, less the skin {sim.list_skin:g}. Widen the box, or use a bond law that breaks earlier"
-        )
 
     # -- a step ------------------------------------------------------------------------------------------------------
 
@@ -160,12 +145,37 @@ class Bonds:
         return kernels.add_bond_forces(self.start, self.count, self.incidence, self.out, force, torque)
 
     def _tell(self, sim):
-        """Put those that broke in this step among the cracks, each on one rank."""
+        """Put those that broke in this step among the cracks, each on one rank; or name one that cannot be gone on with."""
         new = np.flatnonzero((self.broken != 0) & (self.broken != _TOLD))
+        impossible = new[self.broken[new] >= NOT_FINITE]
+        if len(impossible):
+            sim.faults.found = self._fault(sim, impossible[0])
+            self.broken[impossible] = 0
+            new = np.setdiff1d(new, impossible)
         own = new[self.first[new] < sim.grains.n]
-        self.cracks.note(sim, self, own)
+        energies = self.cracks.note(sim, self, own)
+        if not np.isfinite(energies).all():
+            sim.faults.found = NotFiniteError(
+                f"step {sim.step_number}: bond law '{self.law.name}': its energy() is not finite for a bond that broke"
+            )
         self.broken[new] = _TOLD
         kernels.take_off(self.broken, self.start, self.count, self.incidence)
+
+    def _fault(self, sim, k):
+        """The error for bond ``k``, by what stands for its mode."""
+        pair = f"bond between grains {self.ids[k, 0]} and {self.ids[k, 1]}, step {sim.step_number}, t = {sim.time:g}"
+        if self.broken[k] == TOO_LONG:
+            return RunError(
+                f"{pair}: along an axis it has grown longer than half the period, in a box of {sim.box.length.tolist()} "
+                f"[length]; from there on its nearest image is another one. Widen the box, or use a bond that breaks earlier"
+            )
+        if self.broken[k] == NOT_FINITE:
+            return NotFiniteError(f"{pair}: what it remembers is not finite; look at bond law '{self.law.name}'")
+        modes = ", ".join(f"{number}: {mode}" for number, mode in enumerate(self.law.modes, 1))
+        return RunError(
+            f"{pair}: bond law '{self.law.name}' returned a mode that it has not; it must be 0 while the bond holds, or one of "
+            f"{modes}"
+        )
 
     def energies(self, grains, some):
         """What some bonds, by their numbers, store [force length]; 0 if the law does not tell."""

@@ -30,7 +30,7 @@ class Cracks:
         self.values = np.zeros((0, len(COLUMNS))) if values is None else values
 
     def note(self, sim, bonds, some):
-        """Add bonds, by their numbers, that broke in the present step."""
+        """Add bonds, by their numbers, that broke in the present step; returns what they stored."""
         position, radius = (sim.grains.view(name, ghosts=True) for name in ("position", "radius"))
         first, second = bonds.first[some], bonds.second[some]
         branch = sim.box.difference(position[first], position[second])
@@ -42,6 +42,7 @@ class Cracks:
         what = np.stack([bonds.kind[some], bonds.broken[some]], axis=1)
         energy = bonds.energies(sim.grains, some)[:, None]
         self.values = np.concatenate([self.values, np.hstack([when, bonds.ids[some], what, middle, normal, energy])])
+        return energy
 
     def in_order(self, comm, over):
         """Those of all ranks, each rank a part: by ascending ids of the grains, and by step.

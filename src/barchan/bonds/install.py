@@ -14,7 +14,7 @@ class Weibull:
     """Strengths that follow Weibull's distribution with mean 1, each by the ids of its grains: the same for any number of ranks.
 
     Args:
-        modulus: shape: the larger, the narrower; 1 / modulus is about the coefficient of variation times 0.8.
+        modulus: shape, at least 0.1: the larger, the narrower; 1 / modulus is about the coefficient of variation times 0.8.
         seed: whole number from 0 to below 2^64.
 
     Raises:
@@ -27,8 +27,8 @@ class Weibull:
 
     def __init__(self, modulus, seed=0):
         number = isinstance(modulus, (int, float)) and not isinstance(modulus, bool)
-        if not (number and np.isfinite(modulus) and modulus > 0.0):
-            raise SceneError(f"Weibull: modulus = {shown(modulus)} must be a finite number > 0")
+        if not (number and np.isfinite(modulus) and modulus >= 0.1):
+            raise SceneError(f"Weibull: modulus = {shown(modulus)} must be a finite number >= 0.1")
         if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or not 0 <= seed < 2**64:
             raise SceneError(f"Weibull: seed = {shown(seed)} must be a whole number from 0 to below 2^64")
         self.modulus, self.seed = float(modulus), int(seed)
@@ -42,8 +42,11 @@ class Weibull:
 def install(sim, overlap=0.0, among=None, kind=0, strength=1.0):
     """What ``Simulation.install_bonds`` does; ``among`` holds the ids of all ranks' grains."""
     bonds, number = sim.bonds, _number_of(sim.bonds, kind)
-    if not (isinstance(overlap, (int, float, np.number)) and not isinstance(overlap, bool) and np.isfinite(overlap)):
-        raise SceneError(f"install_bonds: overlap = {shown(overlap)} [length] must be a finite number")
+    across = np.linalg.norm(sim.box.length)
+    if not isinstance(overlap, (int, float, np.number)) or isinstance(overlap, bool) or not abs(overlap) <= across:
+        raise SceneError(
+            f"install_bonds: overlap = {shown(overlap)} [length] must be a number, no larger than the box is across, {across:g}"
+        )
     first, second, owners = _near(sim, overlap)
     ids = sim.grains.view("id", ghosts=True)
     pairs = np.stack([ids[first], ids[second]], axis=1)
@@ -104,14 +107,37 @@ def _known(pairs, known):
 
 def _strengths(comm, strength, pairs):
     """Strength of each of the pairs of ids; of several ranks, one alone may see what is wrong."""
-    given = strength(pairs[:, 0], pairs[:, 1]) if callable(strength) else strength
+    if not callable(strength):
+        numbers = _numbers(strength, 1)
+        error = None if np.ndim(strength) == 0 and _sound(numbers) else _wrong(strength)
+        raise_together(comm, error)
+        return np.broadcast_to(numbers, len(pairs))
+    given = [strength(pairs[:, 0], pairs[:, 1]) if len(pairs) else () for _ in range(2)]
+    numbers, again = (_numbers(values, len(pairs)) for values in given)
+    error = None if _sound(numbers) else _wrong(given[0])
+    if error is None and not np.array_equal(numbers, again):
+        error = SceneError(
+            "install_bonds: strength() returned other numbers when it was asked once more; both ranks that share a bond ask for "
+            "it, so it must follow from the ids alone. For random strengths take barchan.bonds.Weibull, or draw them once by id"
+        )
+    raise_together(comm, error)
+    return numbers
+
+
+def _numbers(values, count):
+    """Numbers for so many bonds, NaN if they are none."""
     try:
-        numbers = np.broadcast_to(np.asarray(given, dtype=np.float64), len(pairs))
+        return np.array(np.broadcast_to(np.asarray(values, dtype=np.float64), count))
     except (ValueError, TypeError):
-        numbers = np.full(1, np.nan)
-    error = SceneError(
+        return np.full(max(count, 1), np.nan)
+
+
+def _sound(numbers):
+    return bool((np.isfinite(numbers) & (numbers > 0.0)).all())
+
+
+def _wrong(given):
+    return SceneError(
         f"install_bonds: strength = {shown(given)} must be a finite number > 0, or a function of the ids of both grains that "
         f"returns one for each bond"
     )
-    raise_together(comm, None if (np.isfinite(numbers) & (numbers > 0.0)).all() else error)
-    return numbers

@@ -20,6 +20,10 @@ OUT_ROWS = 9
 #: and 9.7 if lanes gather them; in the cache the other way round, 0.43 ms and 0.40 at 24,000).
 SEEN = 15
 
+#: What stands for a mode where a bond cannot be gone on with: what it remembers is not finite, the mode is none of the law's, or
+#: in this step it grew longer than half a period, from where on its nearest image is another.
+NOT_FINITE, NO_MODE, TOO_LONG = 252, 253, 254
+
 #: Bonds that are computed before what they remember is written back: in one array the loop would not be vectorised.
 BLOCK = 128
 
@@ -124,7 +128,14 @@ def bond_forces(parts, first, second, kind, strength, place, motion, spin, table
                     seen[p, 9, c], seen[p, 10, c], seen[p, 11, c], seen[p, 12, c], seen[p, 13, c], 1.0 / seen[p, 14, c],
                     strength[k], dt, {flat_arguments})
                 {keep}
-                modes[p, c] = barchan_mode
+                mode = 1.0 * barchan_mode
+                is_one = mode >= 0.0 and mode <= {n_modes}.0 and mode == barchan_np.floor(mode)
+                mode = mode if is_one else {no_mode}.0
+                ax, ay, az = (abs(dx - dt * seen[p, 3, c]) - halves[0], abs(dy - dt * seen[p, 4, c]) - halves[1],
+                              abs(dz - dt * seen[p, 5, c]) - halves[2])
+                mode = {too_long}.0 if max(ax, max(ay, az)) > 0.0 else mode
+                barchan_total = {total}
+                modes[p, c] = mode if barchan_total - barchan_total == 0.0 else {not_finite}.0
             for c in range(length if dt > 0.0 else barchan_zero):
                 k = begin + c
                 holds = broken[k] == 0

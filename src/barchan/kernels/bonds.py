@@ -89,18 +89,6 @@ def list_bonds(first, second, ids, start, incidence):
 
 
 @kernel()
-def find_long(first, second, broken, place, length, half, room):
-    """The first bond that holds and, along some axis, is longer than half a period less ``room``; -1 if none is."""
-    for k in range(first.shape[0]):
-        for axis in range(3):
-            d = abs(place[first[k], axis] - place[second[k], axis])
-            d = abs(d - length[axis]) if d > half[axis] else d
-            if d > half[axis] - room and broken[k] == 0:
-                return k
-    return -1
-
-
-@kernel()
 def order_by_row(row, begin, order):
     """Write into ``order`` (k,) the numbers of things in ascending order of their ``row``, and as they come among equals.
 

@@ -4,7 +4,7 @@ import inspect
 import types
 from typing import NamedTuple
 
-from barchan.kernels.bond_template import BLOCK, BOND_ENERGIES, BOND_MODULE
+from barchan.kernels.bond_template import BLOCK, BOND_ENERGIES, BOND_MODULE, NO_MODE, NOT_FINITE, TOO_LONG
 from barchan.kernels.generate import Sources, as_tuple, energies_text, flat_names, imported
 from barchan.laws.bond import RETURNED
 from barchan.laws.law import VECTOR
@@ -65,5 +65,10 @@ def bond_module_text(law, uniform):
         keep=deepest.join([*forces, *kept]),
         keep_fresh=deepest.join(moved) or "pass",
         block=BLOCK,
+        n_modes=len(law.modes),
+        total=" + ".join(memory) or "0.0",
+        no_mode=NO_MODE,
+        too_long=TOO_LONG,
+        not_finite=NOT_FINITE,
     )
     return text + energies_text(law, sources.energy, BOND_ENERGIES, "kind")

@@ -35,6 +35,9 @@ QUANTITIES = MappingProxyType(
 #: Quantities of a bond that its energy may depend on.
 STORED_IN = ("radius_first", "radius_second")
 
+#: What is told of any bond, so that nothing it remembers can have these names.
+TOLD = ("first", "second", "kind", "point", "force", "torque_first", "torque_second", "energy")
+
 #: Names of what a bond law returns before its history.
 RETURNED = {"normal_force": SCALAR, "tangential_force": VECTOR, "couple": VECTOR, "mode": SCALAR}
 
@@ -45,6 +48,12 @@ class BondLaw(Law):
     kind, known, stored_in = "bond law", QUANTITIES, STORED_IN
 
     def __init__(self, function, properties, history, modes, energy):
+        taken = [name for name in TOLD if isinstance(history, dict) and name in history]
+        if taken:
+            raise LawError(
+                f"bond law '{function.__name__}': history '{taken[0]}' is what every table of bonds tells by that name; take "
+                f"another one"
+            )
         super().__init__(function, properties, history, "radius", None, couple=True, energy=energy)
         words = isinstance(modes, (tuple, list)) and len(modes) > 0 and all(isinstance(mode, str) and mode for mode in modes)
         if not words or len(set(modes)) != len(modes) or len(modes) > 200:

@@ -65,7 +65,10 @@ def check_computed(sim):
         SceneError: the state was restored and no step was made.
     """
     if not sim.contacts.computed:
-        raise SceneError(f"step {sim.step_number}: the contacts of a restored state are not computed yet; run a step first")
+        raise SceneError(
+            f"step {sim.step_number}: the contacts are not computed yet, since the state was restored, or bonds were installed; "
+            f"run a step first"
+        )
 
 
 def _changed(sim):

@@ -94,7 +94,7 @@ class Choice(NamedTuple):
 
     ``largest``: (classes,) radius of the largest grain of each, ascending [length]. ``cuts``: (classes - 1,) radii between one
     and the next. ``count``: (classes,) grains in each. ``per_cell``: (classes,) mean number of them in a cell. ``seconds``: what
-    a search by one core is predicted to take.
+    a search by one core is predicted to take, ``seconds_of_one``: with one class of all.
     """
 
     largest: np.ndarray
@@ -102,6 +102,7 @@ class Choice(NamedTuple):
     count: np.ndarray
     per_cell: np.ndarray
     seconds: float
+    seconds_of_one: float
 
 
 def divide(sizes, reach, separators):
@@ -148,11 +149,11 @@ class SizeClasses:
     As text, they tell all of this.
     """
 
-    __slots__ = ("_chosen", "cell", "choice", "ghosts", "seconds", "separators", "strategy")
+    __slots__ = ("_chosen", "_way", "cell", "choice", "ghosts", "seconds", "separators", "strategy")
 
     def __init__(self):
         self.separators, self.choice, self.ghosts, self.seconds, self._chosen = None, None, None, None, None
-        self.strategy, self.cell = STRATEGIES[0], None
+        self.strategy, self.cell, self._way = STRATEGIES[0], None, ""
 
     def __str__(self):
         if self.choice is None:
@@ -164,14 +165,16 @@ class SizeClasses:
         if self.ghosts is not None and self.ghosts.any():
             parts = [f"{part}, {ghosts:,} ghosts" for part, ghosts in zip(parts, self.ghosts.tolist())]
         predicted = f"a search takes one core {self.choice.seconds:.2g} s by the cost model"
-        measured = "" if self.seconds is None else f", took {self.seconds:.2g} s here"
-        chosen = "chosen" if self.separators is None else "as given"
-        chosen = chosen if self.strategy == STRATEGIES[0] else f"{chosen}; strategy {self.strategy}"
-        return f"{len(parts)} ({chosen}): {'; '.join(parts)}; {predicted}{measured}"
+        if len(parts) > 1:
+            predicted += f", {self.choice.seconds_of_one:.2g} s with one class"
+        measured = "" if self.seconds is None else f"; it took {self.seconds:.2g} s here"
+        return f"{len(parts)} ({self._way}): {'; '.join(parts)}; {predicted}{measured}"
 
     def suit(self, sizes, reach):
         """Choose for the ``Survey`` that there are now, where surfaces up to ``reach`` apart are neighbours [length]."""
         separators = self.checked()
+        self._way = "chosen" if separators is None else "as given"
+        self._way += "" if self.strategy == STRATEGIES[0] else f"; strategy {self.strategy}"
         if separators is not None:
             self.choice, self._chosen = divide(sizes, reach, separators), None
             return
@@ -202,7 +205,8 @@ class SizeClasses:
         """
         if self.strategy not in STRATEGIES:
             raise SceneError(f"size_classes.strategy = {shown(self.strategy)} must be one of {', '.join(map(repr, STRATEGIES))}")
-        if self.cell is not None and not (isinstance(self.cell, (int, float)) and 0.0 < self.cell < np.inf):
+        number = isinstance(self.cell, (int, float, np.integer, np.floating)) and not isinstance(self.cell, bool)
+        if self.cell is not None and not (number and 0.0 < self.cell < np.inf):
             raise SceneError(f"size_classes.cell = {shown(self.cell)} [length] must be None, or a number > 0")
         if self.separators is None:
             return None
@@ -253,7 +257,7 @@ class _Model:
         count = np.array([self._count(*one) for one in classes])
         per_cell = np.array([self._per_cell(*one)[1] for one in classes])
         between = np.array([np.sqrt(self.sizes.largest[cut - 1] * self.sizes.largest[cut]) for cut in cuts])
-        return Choice(largest, between, count, per_cell, 1e-9 * self.cost(cuts))
+        return Choice(largest, between, count, per_cell, 1e-9 * self.cost(cuts), 1e-9 * self.cost(()))
 
     def _classes(self, cuts):
         return list(zip([0, *cuts], [*cuts, max(len(self.sizes.largest), 1)]))

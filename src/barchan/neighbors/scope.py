@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from barchan.neighbors.classes import survey
+from barchan.errors import SceneError
+from barchan.neighbors.classes import SizeClasses, survey
+from barchan.words import shown
 
 #: Skin relative to a typical diameter: the geometric mean, since small grains are many.
 DEFAULT_SKIN = 0.1
@@ -42,8 +44,11 @@ class Scope:
         Raises:
             SceneError: ``size_classes`` has what cannot be used.
         """
+        if not isinstance(sim.size_classes, SizeClasses):
+            raise SceneError(f"size_classes = {shown(sim.size_classes)} must be a barchan.neighbors.classes.SizeClasses")
         separators, before = sim.size_classes.checked(), (self.skin, self.law_reach)
         way = sim.size_classes.strategy, sim.size_classes.cell
+        listed = listed and sim.size_classes.choice is not None
         stale = not (listed and np.array_equal(separators, self._separators) and way == self._way)
         if stale:
             self.sizes = survey(sim.comm, sim.box, sim.grains.block("place"), () if separators is None else separators)
