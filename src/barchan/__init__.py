@@ -2,6 +2,7 @@
 
 from barchan import bonds, laws
 from barchan.actions import Feed, Inlet, Outlet
+from barchan.deformation import Deformation, StressServo
 from barchan.domain import Box
 from barchan.errors import BarchanError
 from barchan.forces import Damping
@@ -22,6 +23,7 @@ __all__ = [
     "Cone",
     "Cylinder",
     "Damping",
+    "Deformation",
     "Every",
     "Feed",
     "Inlet",
@@ -32,6 +34,7 @@ __all__ = [
     "Property",
     "Simulation",
     "Sphere",
+    "StressServo",
     "__version__",
     "bond",
     "bonds",

@@ -1,5 +1,6 @@
 """What is simulated: box, law, materials, grains and walls, and how users put them together."""
 
+from copy import copy
 from zlib import crc32
 
 import numpy as np
@@ -40,9 +41,9 @@ class Assembly:
             )
         if isinstance(law, BondLaw):
             raise SceneError(f"law '{law.name}' is a bond law; it goes into bonds=barchan.Bond(...), beside a contact law")
-        self.box, self.law, self.materials, self.bonds = box, law, Materials(materials), Bonds(kinds_of(bonds))
+        self.box, self.law, self.materials, self.bonds = copy(box), law, Materials(materials), Bonds(kinds_of(bonds))
         self.comm = comm or world()
-        self.topology = even(box, self.comm.size)
+        self.topology = even(self.box, self.comm.size)
         self.shape = shape_named(shape, box)
         self.grains, self.walls, self.next_id, self.loads = Grains(shape=self.shape), [], 0, Loads(self)
         self.contacts = Contacts(law)

@@ -27,7 +27,7 @@ from barchan.parallel.guard import on_first_rank, raise_together
 from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
-FORMAT = 6
+FORMAT = 7
 
 #: Groups of what belongs to grains, as rows of theirs.
 _ROWS = ("contacts", "bonds")
@@ -104,10 +104,11 @@ def _about(sim):
         "shape": sim.shape.name,
         "box": {
             "dimension": sim.box.dimension,
-            "low": sim.box.low.tolist(),
-            "high": sim.box.high.tolist(),
+            "low": sim.box.first[0].tolist(),
+            "high": sim.box.first[1].tolist(),
             "periodic": list(sim.box.periodic),
         },
+        "stretched": {**sim.box.state(), "servos": sim.deformation.state()},
         "user_fields": [
             {
                 "name": f.name,
@@ -279,6 +280,8 @@ def restore(sim, path):
     if not callable(sim.gravity):
         sim.gravity = tuple(about["gravity"]["value"])
     sim.damping = Damping(**about["damping"])
+    sim.box.restore(about["stretched"])
+    sim.deformation.restore(about["stretched"]["servos"])
     for number, (wall, wall_state) in enumerate(zip(sim.walls, about["walls"])):
         wall.restore(wall_state)
         wall.check(sim.box, f"checkpoint {path}: wall {number}")

@@ -20,11 +20,22 @@ def numbers(what, value, dimension):
 
 
 class Frame(NamedTuple):
-    """The box as the kernels see it, (3,) each; ``half`` is infinite where a direction is not periodic."""
+    """The box as the kernels see it, (3,) each; ``half`` is infinite where a direction is not periodic. ``rate``: by which the
+    place of a grain in the box moves faster for each length along an axis, as the box is stretched [1/time]."""
 
     low: np.ndarray
     length: np.ndarray
     half: np.ndarray
+    rate: np.ndarray
+
+
+class Stretch(NamedTuple):
+    """What becomes of places and velocities in a step in which the box is stretched, (3,) each: places relative to ``centre``
+    grow by the factor ``ratio``, velocities by ``slower``."""
+
+    centre: np.ndarray
+    ratio: np.ndarray
+    slower: np.ndarray
 
 
 class Box:
@@ -37,7 +48,10 @@ class Box:
 
     Attributes:
         dimension: 3 or 2.
-        low, high: corners, (3,) each [length]; in two dimensions z is 0 in both.
+        low, high: corners, (3,) each [length]; in two dimensions z is 0 in both. As a ``Deformation`` stretches the box, they
+            are those of now.
+        first: low and high as they were given, (2, 3) [length].
+        middle: edge lengths in the middle of the last step, (3,) [length].
         periodic: three booleans.
 
     Raises:
@@ -74,7 +88,9 @@ class Box:
                 f"dimensions corners have two numbers"
             )
         across = [0.0] * (3 - self.dimension)
-        self.low, self.high = (np.append(corner, across) for corner in corners)
+        self.first = np.array([np.append(corner, across) for corner in corners])
+        self.low, self.high = self.first
+        self.middle, self._rate = self.length, np.zeros(3)
         self.periodic = (*(bool(flag) for flag in flags), *(False for _ in across))
 
     @property
@@ -91,7 +107,39 @@ class Box:
     def frame(self):
         """The box as plain numbers for kernels."""
         half = np.where(self.periodic, 0.5 * self.length, np.inf)
-        return Frame(self.low, self.length, half)
+        return Frame(self.low, self.length, half, self._rate)
+
+    @property
+    def moves(self):
+        """Whether it was stretched in the last step: then velocities still have to follow in the next."""
+        return bool(self._rate.any())
+
+    def stretch(self, rate, dt):
+        """Stretch the box about its centre for a step; returns a ``Stretch``.
+
+        Places keep their share of the box but for the velocity v of each grain, which is that relative to the box: x' = v + G x,
+        and, as nothing acts on a free grain in space, v' = -G v. Both have the second order in dt: with L(n+1) = (1 + rate dt)
+        L(n), G(n+1/2) is the change of L over its mean, and v(n+1/2) / v(n-1/2) the means of L the other way round.
+
+        Args:
+            rate: relative growth of each edge (3,), 0 where the box is not periodic [1/time].
+        """
+        centre, before, length = 0.5 * (self.low + self.high), self.middle, self.length
+        ratio = 1.0 + dt * rate
+        moved = ratio != 1.0
+        low, high = (centre + sign * 0.5 * ratio * length for sign in (-1.0, 1.0))
+        self.low, self.high = np.where(moved, low, self.low), np.where(moved, high, self.high)
+        self.middle = 0.5 * (length + self.length)
+        self._rate = rate * length / np.where(self.middle > 0.0, self.middle, 1.0)
+        return Stretch(centre, ratio, np.where(self.middle > 0.0, before / np.where(self.middle > 0.0, self.middle, 1.0), 1.0))
+
+    def state(self):
+        """What a checkpoint keeps of it, besides what it was at first."""
+        return {"low": self.low.tolist(), "high": self.high.tolist(), "middle": self.middle.tolist(), "rate": self._rate.tolist()}
+
+    def restore(self, state):
+        """Take up what ``state`` returned."""
+        self.low, self.high, self.middle, self._rate = (np.array(state[name]) for name in ("low", "high", "middle", "rate"))
 
     def difference(self, a, b):
         """Minimum image of ``a - b`` for points inside the box, shape (..., 3) [length]."""

@@ -7,6 +7,7 @@ from math import hypot, isfinite, sqrt
 import numpy as np
 
 from barchan.bonds.bonds import rows_of
+from barchan.deformation import Deformation
 from barchan.errors import LawError, LostGrainError, NotFiniteError, OverlapError, SceneError
 from barchan.forces import Damping
 from barchan.measure import contact_table
@@ -201,6 +202,9 @@ def check_settings(sim):
                 f"{name} = {value!r} [{dimension}] must be a finite number {'>=' if zero_too else '>'} 0, and at most {_WIDEST:g}"
             )
     Damping.check(sim.damping, sim.dt)
+    if not isinstance(sim.deformation, Deformation):
+        raise SceneError(f"deformation = {shown(sim.deformation)} must be a barchan.Deformation, such as Deformation(x=-0.1)")
+    sim.deformation.check(sim.box)
     seen = {}
     for number, wall in enumerate(sim.walls):
         first = seen.setdefault(id(wall.control), number) if getattr(wall.control, "memory", ()) else number

@@ -12,6 +12,7 @@ import numpy as np
 from barchan import preflight, stepping
 from barchan.assembly import Assembly
 from barchan.bonds import travel
+from barchan.deformation import Deformation, deform
 from barchan.errors import Interrupted, SceneError
 from barchan.faults import ALLOWED_OVERLAP, Faults
 from barchan.forces import Damping, Gravity
@@ -49,7 +50,7 @@ class Simulation(Assembly):
 
     Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
     ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``,
-    ``damping`` (a ``Damping``; none), ``size_classes`` (a ``SizeClasses``, which chooses by itself). At any moment, also from a
+    ``damping`` (a ``Damping``; none), ``deformation`` (a ``Deformation`` of a periodic box; none), ``size_classes`` (a ``SizeClasses``, which chooses by itself). At any moment, also from a
     signal handler: ``stop_requested`` = True ends the run after the step at hand. ``clock`` knows where the time goes.
 
     Raises:
@@ -58,7 +59,7 @@ class Simulation(Assembly):
 
     def __init__(self, box, law, materials, dt, gravity=(0.0, 0.0, 0.0), threads=None, comm=None, shape="sphere", bonds=()):
         super().__init__(box, law, materials, comm, shape, bonds)
-        self.dt, self.gravity, self.damping = dt, gravity, Damping()
+        self.dt, self.gravity, self.damping, self.deformation = dt, gravity, Damping(), Deformation()
         self.threads = default_threads(self.comm.ranks_on_node) if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
         preflight.check_settings(self)
@@ -260,7 +261,7 @@ class Simulation(Assembly):
         rest. Returns what ``step`` needs to finish one that was begun, or None."""
         watch, gravity, wire = self.staleness, self._gravity, self.ghosts.wire
         waits = callable(gravity.value) or not self._listed or self.faults.found or self.stop_requested
-        waits = waits or self.bonds.active or self.clock.by_phase or wire is None or use_threads(self.threads, self.grains.n) > 1
+        waits = waits or self.bonds.active or self._deforms or self.clock.by_phase or wire is None or use_threads(self.threads, self.grains.n) > 1
         most = self._of_all_least(0 if waits else stepping.steps_ahead(self, end))
         if most < 2:
             return None
@@ -285,13 +286,21 @@ class Simulation(Assembly):
         self.clock.move(watch_of_wire[WAITING], "steps", "ghosts")
         return (done.fastest, done.bad) if done.begun else None
 
+    @property
+    def _deforms(self):
+        """Whether the box is stretched in the next step, or was in the last."""
+        return self.deformation.acts or self.box.moves
+
     def _setting(self, dt):
         return Setting(len(self.materials), self.table, self.box.frame, dt, ALLOWED_OVERLAP, self.max_overlap)
 
     def _move(self):
-        frame = self.box.frame
+        if self._deforms:  # box: n -> n+1, and its grains with it
+            self.staleness.squeeze(deform(self), self._scope.cutoff)
+            preflight.check_box(self, self._scope.cutoff)
+        low, length, half, _ = self.box.frame
         blocks = [self.grains.block(name) for name in ("place", "motion", "spin", "image", "force", "torque")]
-        motion = integrate.kick_drift_wrap(*blocks, *frame, self.dt)  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
+        motion = integrate.kick_drift_wrap(*blocks, low, length, half, self.dt)  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
             wall.move(self.dt)  # walls: n -> n+1
         return motion
@@ -313,9 +322,9 @@ class Simulation(Assembly):
             return True
         if self.staleness.wants_rebuild(self.step_number):
             return True
-        if self.staleness.approach > self.staleness.allowed(self._scope.skin):
+        if self.staleness.nearer > self.staleness.allowed(self._scope.skin):
             self._measure_approach()
-        return self.staleness.approach > self.staleness.allowed(self._scope.skin)
+        return self.staleness.nearer > self.staleness.allowed(self._scope.skin)
 
     def _measure_approach(self):
         """The bounds on what may have approached, from the displacements of all grains and walls on all ranks."""

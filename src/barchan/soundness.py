@@ -69,6 +69,19 @@ class _Box(_Part):
     periodic: Annotated[list[bool], Field(min_length=3, max_length=3)]
 
 
+class _Servo(_Part):
+    steady: Annotated[float, Field(allow_inf_nan=False)]
+    now: Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Stretched(_Part):
+    low: _Three
+    high: _Three
+    middle: _Three
+    rate: _Three
+    servos: Annotated[list[_Servo | None], Field(min_length=3, max_length=3)]
+
+
 class _About(_Part):
     """The facts beside the arrays, see ``checkpoint.State``."""
 
@@ -89,6 +102,7 @@ class _About(_Part):
     loads: list[list[float]]
     shape: Literal["sphere", "disc"]
     box: _Box
+    stretched: _Stretched
     user_fields: list[_UserField]
 
 
@@ -202,7 +216,10 @@ def value_fault(state, walls):
         state: a ``checkpoint.State``.
         walls: states of the walls of the simulation that would go on, as ``Wall.state`` gives them.
     """
-    low, high = (np.array(state.about["box"][side]) for side in ("low", "high"))
+    fault = _stretch_fault(state.about["box"], state.about["stretched"])
+    if fault:
+        return fault
+    low, high = (np.array(state.about["stretched"][side]) for side in ("low", "high"))
     position = state.fields["position"]
     outside = np.flatnonzero(~((position >= low) & (position <= high)).all(axis=1))
     if len(outside):
@@ -229,6 +246,19 @@ def value_fault(state, walls):
         return f"loads of walls are not {SUMS + 2} finite numbers for each of {len(walls)} walls"
     if loads and not state.about["forces_are_current"]:
         return "it has loads of walls, and forces that are not those of its state"
+    return None
+
+
+def _stretch_fault(box, stretched):
+    """Why a box cannot have become what it is said to be, or None."""
+    low, high, middle, rate = (np.array(stretched[name]) for name in ("low", "high", "middle", "rate"))
+    if not (np.isfinite([low, high, middle, rate]).all() and (high >= low).all()):
+        return "the box is stretched to what is none"
+    still = ~np.array(box["periodic"])
+    moved = (low != box["low"]) | (high != box["high"]) | (rate != 0.0) | (middle != high - low)
+    flat = (high == low) | (middle <= 0.0)
+    if (moved & still).any() or (flat & ~still).any():
+        return "the box is stretched along an axis that is not periodic, or to nothing"
     return None
 
 
@@ -269,6 +299,10 @@ def foreign(there, here):
         return f"bonds: {difference}"
     spaces = ({name: about[name] for name in ("box", "shape")} for about in (there, here))
     difference = _difference(there["materials"], here["materials"]) or _difference(*spaces)
+    if difference:
+        return difference
+    servos = ([one is not None for one in about["stretched"]["servos"]] for about in (there, here))
+    difference = _difference(*({"axes with a StressServo": axes} for axes in servos))
     if difference:
         return difference
     walls, own_walls = ([_named(wall) for wall in about["walls"]] for about in (there, here))

@@ -20,7 +20,7 @@ STOREYS = (
     ("forces", "bonds"),
     ("measure",),
     ("actions", "writers", "checkpoint", "compare", "soundness", "report", "record"),
-    ("preflight", "assembly", "stepping", "faults"),
+    ("preflight", "assembly", "stepping", "faults", "deformation"),
     ("simulation",),
     ("packing", "scene", "units", "rundir", "warmup", "view"),
     ("experiments",),

@@ -83,7 +83,7 @@ def barchan_bond(dx, dy, dz, vx, vy, vz, wix, wiy, wiz, wjx, wjy, wjz, radius_fi
 
 @kernel(parallel=True)
 def bond_forces(parts, first, second, kind, strength, place, motion, spin, table, history, broken, out, seen, fresh, modes,
-                box_length, box_half, dt):
+                box_length, box_half, box_rate, dt):
     """Forces and torques of all bonds. Thread p does the bonds ``parts[p]`` to ``parts[p + 1]``, with ``seen[p]``, ``fresh[p]``
     and ``modes[p]`` as room for what a block of them reads of its grains, remembers, and how they break. ``history``, ``out``
     and ``broken``, the number of the mode of each bond that broke, are modified; one that is broken keeps what it remembered as
@@ -93,6 +93,7 @@ def bond_forces(parts, first, second, kind, strength, place, motion, spin, table
         How many broke."""
     lengths = box_length[0], box_length[1], box_length[2]
     halves = box_half[0], box_half[1], box_half[2]
+    rates = box_rate[0], box_rate[1], box_rate[2]
     {hoisted}
     news = 0
     for p in prange(parts.shape[0] - 1):
@@ -124,7 +125,7 @@ def bond_forces(parts, first, second, kind, strength, place, motion, spin, table
                 dz = dz + lengths[2] if dz < -halves[2] else dz
                 {gathered}
                 fx, fy, fz, ux, uy, uz, wx, wy, wz, barchan_mode{history_names} = barchan_bond(
-                    dx, dy, dz, seen[p, 3, c], seen[p, 4, c], seen[p, 5, c], seen[p, 6, c], seen[p, 7, c], seen[p, 8, c],
+                    dx, dy, dz, seen[p, 3, c] + rates[0] * dx, seen[p, 4, c] + rates[1] * dy, seen[p, 5, c] + rates[2] * dz, seen[p, 6, c], seen[p, 7, c], seen[p, 8, c],
                     seen[p, 9, c], seen[p, 10, c], seen[p, 11, c], seen[p, 12, c], seen[p, 13, c], 1.0 / seen[p, 14, c],
                     strength[k], dt, {flat_arguments})
                 {keep}

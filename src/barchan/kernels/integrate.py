@@ -55,6 +55,18 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, low, length, half
     return fastest, bad
 
 
+@kernel(parallel=True)
+def stretch(place, motion, seen, centre, ratio, slower):
+    """Places and velocities of grains in a box that is stretched about its centre; see ``Box.stretch``. Frozen grains keep their
+    velocity. ``place``, ``motion``, and ``seen``, where the grains were at the rebuild, (4, ...), are modified."""
+    for i in prange(place.shape[0]):
+        for c in range(3):
+            if ratio[c] != 1.0:
+                place[i, c] = centre[c] + (place[i, c] - centre[c]) * ratio[c]
+                seen[c, i] = centre[c] + (seen[c, i] - centre[c]) * ratio[c]
+            motion[i, c] *= slower[c] if motion[i, 3] != 0.0 else 1.0
+
+
 kick_drift_wrap_alone = on_one_thread(kick_drift_wrap)
 
 

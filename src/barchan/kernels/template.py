@@ -95,7 +95,7 @@ def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy
 
 @kernel(parallel=True)
 def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, out, changed, rows,
-                branch, fresh, box_length, box_half, dt, allowed_overlap, max_overlap):
+                branch, fresh, box_length, box_half, box_rate, dt, allowed_overlap, max_overlap):
     """Forces of all pairs of grains that touch. Thread p looks at the candidates ``parts[p]`` to ``parts[p + 1]``.
 
     ``slot`` (0 or not in, new column out), ``history``, ``out`` and ``changed`` are modified; ``rows``, ``branch`` and ``fresh``
@@ -103,6 +103,7 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
     is counted by the owner of its first grain."""
     lengths = box_length[0], box_length[1], box_length[2]
     halves = box_half[0], box_half[1], box_half[2]
+    rates = box_rate[0], box_rate[1], box_rate[2]
     {hoisted}
     touching = 0
     large = 0
@@ -133,9 +134,9 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
                 dz = branch[p, 2, b]
                 ri = place[i, 3]
                 rj = place[j, 3]
-                vx = motion[i, 0] - motion[j, 0]
-                vy = motion[i, 1] - motion[j, 1]
-                vz = motion[i, 2] - motion[j, 2]
+                vx = motion[i, 0] - motion[j, 0] + rates[0] * dx
+                vy = motion[i, 1] - motion[j, 1] + rates[1] * dy
+                vz = motion[i, 2] - motion[j, 2] + rates[2] * dz
                 {gathered}
                 distance, nx, ny, nz, hx, hy, hz = barchan_separation(dx, dy, dz, vx, vy, vz, dt)
                 overlap = ri + rj - distance

@@ -86,7 +86,7 @@ def _of_pairs(sim, pairs, _):
 
     def force(overlap):
         place[::2, 0] = touch - overlap
-        sim.loops.pair_forces(*state, np.zeros(3), np.full(3, np.inf), 0.0, np.inf, np.inf)
+        sim.loops.pair_forces(*state, np.zeros(3), np.full(3, np.inf), np.zeros(3), 0.0, np.inf, np.inf)
         return columns[-2][0, slot]
 
     return _integral(force, pairs.overlap)

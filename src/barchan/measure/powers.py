@@ -107,7 +107,7 @@ def _at_rest(sim):
         if begin < end:
             parts, *rooms = block_rooms(end, width, begin)
             pairs = (parts, contacts.first, contacts.second, np.uint32(grains.n), place, motion, spin, material)
-            sim.loops.pair_forces(*pairs, *law, *rooms, frame.length, frame.half, *still)
+            sim.loops.pair_forces(*pairs, *law, *rooms, frame.length, frame.half, np.zeros(3), *still)
     count = len(contacts.wall_grain)
     if count:
         walls = (contacts.wall_grain, surface, place, motion, spin, material, contacts.wall_material)

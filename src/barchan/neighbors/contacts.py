@@ -310,7 +310,7 @@ class Contacts:
             return 0, 0, 0
         parts, *rooms = block_rooms(end, self.history_width, begin)
         pairs = (parts, self.first, self.second, np.uint32(grains.n))
-        frame = (setting.frame.length, setting.frame.half)
+        frame = (setting.frame.length, setting.frame.half, setting.frame.rate)
         return loops.pair_forces(*pairs, *self._what_acts(grains, setting), *rooms, *frame, *_limits(setting))
 
     def compute_walls(self, loops, grains, setting):

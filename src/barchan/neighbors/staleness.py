@@ -26,7 +26,8 @@ class Staleness:
     def __init__(self):
         self.also_when = None
         self.rebuilds, self.bound_13, self.shortest, self.total = 0, np.inf, np.inf, 0
-        self.last_step, self.approach = None, 0.0
+        self.last_step, self.approach, self._shrunk = None, 0.0, np.ones(3)
+        self._widest = 0.0
 
     def remember(self, step):
         """Note a rebuild at ``step``."""
@@ -34,7 +35,7 @@ class Staleness:
             self.shortest = min(self.shortest, step - self.last_step)
             self.total += step - self.last_step
             self.rebuilds += 1
-        self.last_step, self.approach = step, 0.0
+        self.last_step, self.approach, self._shrunk = step, 0.0, np.ones(3)
 
     def restart(self):
         """Do not count the interval that ends with a change of the scene."""
@@ -48,6 +49,17 @@ class Staleness:
     def allowed(skin):
         """How far two surfaces may approach."""
         return float(skin * (1.0 - 1e-9))
+
+    @property
+    def nearer(self):
+        """Bound on the approach of two surfaces since the rebuild, by what they moved and as the box shrank [length]."""
+        return self.approach + (1.0 - min(float(self._shrunk.min()), 1.0)) * self._widest
+
+    def squeeze(self, ratio, cutoff):
+        """Note that the box, and all distances with it, grew by these factors (3,) in this step. Of pairs that are not listed,
+        those whose centres were a ``cutoff`` apart come closest, and what they had approached before may grow, too."""
+        self._shrunk, self._widest = self._shrunk * ratio, cutoff
+        self.approach *= max(1.0, float(ratio.max()))
 
     def advance(self, speed, skin, dt):
         """Take a step of ``dt``, in which nothing was faster than ``speed``, into the bounds: of the approach, and of equation

@@ -27,13 +27,17 @@ class Topology:
     def __init__(self, box, shape, owner, size):
         self.box, self.shape, self.size = box, np.asarray(shape, dtype=np.int64), size
         self.owners = np.asarray(owner, dtype=np.int32)
-        self.edge, self._inverse = box.span / self.shape, self.shape / box.span
         self._near = {}
+
+    @property
+    def edge(self):
+        """Edges of a sub-domain, (3,) [length]: as the box is stretched, they follow."""
+        return self.box.span / self.shape
 
     def subdomain(self, position):
         """Number of the sub-domain of each point, (k,)."""
         numbers = np.empty(len(position), dtype=np.int64)
-        kernels.find_subdomains(np.ascontiguousarray(position), self.box.low, self._inverse, self.shape, numbers)
+        kernels.find_subdomains(np.ascontiguousarray(position), self.box.low, self.shape / self.box.span, self.shape, numbers)
         return numbers
 
     def owner(self, position):
@@ -69,7 +73,7 @@ class Topology:
         """
         _, border, span = self._surroundings(rank, 2.0 * largest[-1] + reach)
         room = 64 + len(place) // 4
-        grid = (self.box.low, self.edge, self._inverse, self.shape, np.array(self.box.periodic))
+        grid = (self.box.low, self.edge, self.shape / self.box.span, self.shape, np.array(self.box.periodic))
         while True:
             rows, ranks = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int32)
             found = kernels.find_sends(place, *grid, span, self.owners, border, rank, largest, reach, _ROUNDING, rows, ranks)

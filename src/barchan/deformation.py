@@ -1,0 +1,155 @@
+"""A periodic box that is stretched as the grains move: at a given rate, or so that they carry a given stress."""
+
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.errors import SceneError
+from barchan.kernels.integrate import stretch
+from barchan.measure.stress import stress
+from barchan.measure.sums import exact_sums
+from barchan.measure.touching import dot, touching_pairs
+from barchan.words import shown
+
+
+class Deformation(NamedTuple):
+    """How the box is stretched along each axis; ``Simulation.deformation``. None: not at all.
+
+    A number, or a function of the simulation that returns one, is the rate at which the logarithm of the edge grows [1/time]:
+    below 0 the box shrinks. A ``StressServo`` finds that rate; if it stands for several axes, it is the mean of their stresses
+    that it holds, and one rate for all of them.
+
+    The box keeps its centre. While it is stretched, the velocity of a grain is that relative to the box: a grain that moves with
+    it is at rest. So grains on both sides of a periodic face, and their contacts, see each other move as in the middle of the box;
+    a stretched box does work, the volume times stress times rate. What walls do along an axis that is stretched, they do with it.
+    """
+
+    x: object = None
+    y: object = None
+    z: object = None
+
+    @property
+    def acts(self):
+        """False if there is none."""
+        return any(one is not None for one in self)
+
+    def check(self, box):
+        """Refuse what cannot be.
+
+        Raises:
+            SceneError: an axis is not periodic, or what stands for it is no rate.
+        """
+        for axis, one in zip("xyz", self):
+            if one is not None and not box.periodic["xyz".index(axis)]:
+                raise SceneError(f"deformation: {axis} = {shown(one)}, but the box is not periodic along {axis}")
+            if one is not None and not callable(one) and not isinstance(one, StressServo):
+                _rate(f"deformation: {axis}", one)
+
+    def rates(self, sim):
+        """Rates of the step that begins, (3,) [1/time]; 0 where there is none.
+
+        Raises:
+            SceneError: a function returned something else than a finite number.
+        """
+        servos = [one for one in dict.fromkeys(one for one in self if isinstance(one, StressServo))]
+        held = {id(servo): servo.rate(sim, [a for a in range(3) if self[a] is servo]) for servo in servos}
+        rates = [0.0 if one is None else held[id(one)] if id(one) in held else one(sim) if callable(one) else one for one in self]
+        return np.array([_rate(f"deformation, t = {sim.time:g}: {axis}", rate) for axis, rate in zip("xyz", rates)])
+
+    def state(self):
+        """What a checkpoint keeps of the servos, by axis."""
+        return [one.state() if isinstance(one, StressServo) else None for one in self]
+
+    def restore(self, state):
+        """Take up what ``state`` returned."""
+        for one, known in zip(self, state):
+            if isinstance(one, StressServo):
+                one.restore(known)
+
+
+class StressServo:
+    """Finds the rate at which a periodic box has to be stretched so that its grains carry a stress, and finds its own gain.
+
+    rate = steady + SHARE (stress - target) / (M dt), with M the stiffness of the sample if all grains moved with the box:
+    1/V times the sum of k l^2 n^2 of all contacts, k what the normal force is over the overlap, l the branch and n its direction
+    along the axis. ``steady`` is the mean of the rate of late, so that a target that grows steadily is followed without a lag.
+    Stress and stiffness are looked up every ``LOOK`` steps.
+
+    Args:
+        stress: of the axes that it stands for, compression positive, contacts and motion; a number, or a function of the
+            simulation [force/length^2].
+        max_rate: the box is never stretched or compressed faster; where nothing touches, it shrinks so [1/time].
+
+    Raises:
+        SceneError: a value is not a finite number, or the rate not above 0.
+    """
+
+    SHARE, LOOK, MEMORY = 0.02, 10, 200
+    memory = ("steady", "now")
+
+    def __init__(self, stress, max_rate):
+        if not callable(stress):
+            _rate("StressServo: stress", stress, "force/length^2")
+        self.stress, self.max_rate = stress, _rate("StressServo: max_rate", max_rate)
+        if self.max_rate <= 0.0:
+            raise SceneError(f"StressServo: max_rate = {shown(max_rate)} [1/time] must be above 0")
+        self.steady = self.now = 0.0
+
+    def rate(self, sim, axes):
+        """Rate for the step that begins; all ranks must ask.
+
+        Args:
+            axes: that it stands for.
+        """
+        if sim.step_number % self.LOOK == 0 or self.now == 0.0:
+            self.now = self._found(sim, axes)
+        return self.now
+
+    def _found(self, sim, axes):
+        target = self.stress(sim) if callable(self.stress) else self.stress
+        target = _rate(f"StressServo, t = {sim.time:g}: stress", target, "force/length^2")
+        excess = float(np.mean(np.diag(stress(sim).total)[axes])) - target
+        stiffness = _stiffness(sim, axes)
+        if stiffness == 0.0:
+            self.steady = 0.0
+            return -self.max_rate if excess < 0.0 else self.max_rate
+        correction = self.SHARE * excess / (stiffness * sim.dt)
+        found = self.steady + correction
+        if abs(found) < self.max_rate:
+            self.steady += correction * self.LOOK / self.MEMORY
+        return min(max(found, -self.max_rate), self.max_rate)
+
+    def state(self):
+        """What a checkpoint keeps."""
+        return {name: getattr(self, name) for name in self.memory}
+
+    def restore(self, state):
+        """Take up what ``state`` returned."""
+        for name in self.memory:
+            setattr(self, name, float(state[name]))
+
+
+def deform(sim):
+    """Stretch the box of ``sim`` from step n to n+1, and its grains with it; returns the ratios of its edges, (3,)."""
+    moved = sim.box.stretch(sim.deformation.rates(sim), sim.dt)
+    seen = sim.contacts.seen if sim.is_listed else np.zeros((4, sim.grains.n))
+    stretch(sim.grains.block("place"), sim.grains.block("motion"), seen, *moved)
+    return moved.ratio
+
+
+def _stiffness(sim, axes):
+    """What the stress grows by for each unit of strain, were all grains to move with the box [force/length^2]."""
+    terms = []
+    for pairs in touching_pairs(sim):
+        square, along = dot(pairs.branch, pairs.branch), (pairs.branch[axes] ** 2).sum(axis=0)
+        terms.append(np.maximum(pairs.normal_force, 0.0) / pairs.overlap * along * along / square)
+    volume = float(np.prod(sim.box.span)) * len(axes) ** 2
+    return float(exact_sums([np.concatenate([np.zeros(0), *terms])], sim.comm)[0, 0]) / volume
+
+
+def _rate(what, value, dimension="1/time"):
+    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    if not (number and isfinite(value)):
+        raise SceneError(f"{what} = {shown(value)} [{dimension}] must be a finite number")
+    return float(value)

@@ -1,0 +1,181 @@
+"""A periodic box that is stretched: what moves with it, what flies freely in it, what it does to contacts, and what work it does."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import barchan as bc
+from barchan.errors import SceneError
+from barchan.measure import EnergyBudget, stress
+from barchan.packing.lattice import lattice
+
+EDGE = 4.0
+CUBE = ((0.0,) * 3, (EDGE,) * 3, (True,) * 3)
+SOFT = bc.Material("soft", density=1.0, kn=1e3, kt=4e2, gamma_n=0.0, gamma_t=0.0, friction=0.5)
+DAMPED = bc.Material("damped", density=1.0, kn=1e3, kt=4e2, gamma_n=3.0, gamma_t=1.0, friction=0.5)
+
+
+def box(material=SOFT, dt=1e-3, **options):
+    sim = bc.Simulation(bc.Box(*CUBE), bc.laws.linear, material, dt, threads=1, **options)
+    sim.max_overlap = np.inf
+    return sim
+
+
+def gas():
+    """Grains too small to meet."""
+    sim, random = box(), np.random.default_rng(2)
+    sim.add_grains(random.uniform(0.5, 3.5, (20, 3)), 1e-4, mass=1.0, velocity=random.uniform(-1.0, 1.0, (20, 3)))
+    return sim
+
+
+def from_outside(sim):
+    """Places at the full step, folded out, from the centre of the box on, by id."""
+    return sim.grains.sorted_by_id("position") + sim.grains.sorted_by_id("image") * sim.box.length - 0.5 * EDGE
+
+
+def test_edges_grow_as_told_about_the_centre():
+    sim = gas()
+    sim.deformation = bc.Deformation(x=0.2, z=lambda sim: -0.1 * sim.time)
+    sim.run(1000)
+    expected = EDGE * np.array([1.0002**1000, 1.0, np.prod(1.0 - 1e-4 * 1e-3 * np.arange(1000))])
+    np.testing.assert_allclose(sim.box.length, expected, rtol=1e-12)
+    np.testing.assert_allclose(sim.box.low + sim.box.high, EDGE, rtol=1e-14)
+
+
+def test_what_is_at_rest_in_the_box_keeps_its_share_of_it():
+    sim, random = box(), np.random.default_rng(3)
+    sim.add_grains(random.uniform(0.1, 3.9, (20, 3)), 1e-4, mass=1.0, frozen=[True] * 5 + [False] * 15)
+    share = from_outside(sim) / EDGE
+    sim.deformation = bc.Deformation(-0.3, 0.1, 0.2)
+    sim.run(500)
+    np.testing.assert_allclose(from_outside(sim) / sim.box.length, share, rtol=0.0, atol=1e-13)
+    assert not sim.grains.velocity.any() and not sim.grains.image.any()
+
+
+def test_free_grains_fly_straight_on_in_space():
+    """In a box whose edges grow or shrink steadily, seen from outside, through periodic faces; where the logarithm of the edge
+    grows steadily the space of the box pulls them along: u'' = rate^2 u."""
+    sim = gas()
+    start, velocity = from_outside(sim), sim.grains.sorted_by_id("velocity")
+    steady = -0.4
+    sim.deformation = bc.Deformation(x=lambda sim: steady / sim.box.length[0], z=0.2)
+    rate = np.array([steady / EDGE, 0.0, 0.2])
+    sim.run(2000)
+    t = 2000 * sim.dt
+    speed = velocity + rate * start  # of the half step -1/2, to the first order
+    there = from_outside(sim)
+    assert sim.grains.image.any()
+    np.testing.assert_allclose(there[:, 0], start[:, 0] + speed[:, 0] * t, atol=5e-4)
+    np.testing.assert_allclose(there[:, 1], start[:, 1] + speed[:, 1] * t, atol=1e-12)
+    np.testing.assert_allclose(there[:, 2], start[:, 2] * np.cosh(0.2 * t) + speed[:, 2] / 0.2 * np.sinh(0.2 * t), atol=5e-4)
+
+
+def test_a_gas_that_is_compressed_heats_up():
+    """Each velocity is inverse to the edge along it, to rounding: m v^2 L^2 is kept."""
+    sim = gas()
+    velocity = sim.grains.sorted_by_id("velocity")
+    sim.deformation = bc.Deformation(-0.3, -0.3, 0.1)
+    sim.run(1000)
+    np.testing.assert_allclose(sim.grains.sorted_by_id("velocity") * sim.box.middle, velocity * EDGE, rtol=1e-11)
+    sim.deformation = bc.Deformation()
+    sim.run(1)
+    edge = sim.box.length
+    sim.run(10)
+    assert np.array_equal(sim.box.length, edge) and not sim.box.moves
+    np.testing.assert_allclose(sim.grains.sorted_by_id("velocity") * edge, velocity * EDGE, rtol=1e-11)
+
+
+def crowd(material=DAMPED, shift=0.0, **options):
+    sim, random = box(material, **options), np.random.default_rng(5)
+    sim.add_grains((random.uniform(0.0, 4.0, (300, 3)) + shift) % EDGE, random.uniform(0.25, 0.35, 300))
+    return sim
+
+
+@pytest.fixture(autouse=True)
+def deep_overlaps_are_meant():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def test_no_place_in_the_box_is_special():
+    """The same grains elsewhere, so that others meet across its faces, do the same: with friction, dashpots and memory."""
+    here, there = crowd(), crowd(shift=np.array([1.7, 0.9, 2.3]))
+    for sim in (here, there):
+        sim.deformation = bc.Deformation(-0.5, 0.3, -0.2)
+        sim.run(400)
+    for field in ("velocity", "omega", "force"):
+        one, other = (sim.grains.sorted_by_id(field) for sim in (here, there))
+        np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-7 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("dt", [1e-3])
+def test_the_box_does_the_work_that_stress_and_rate_say(dt):
+    """Without dissipation what the grains have gained is the sum of - V stress : rate dt, with the error of the step."""
+    errors = []
+    for step in (dt, 0.5 * dt):
+        sim = crowd(bc.Material("smooth", density=1.0, kn=1e3, kt=1.0, friction=0.0), dt=step)
+        rate = np.array([-0.5, 0.3, -0.2])
+        sim.deformation = bc.Deformation(*rate)
+        sim.run(1)
+        begin, work, powers = EnergyBudget().compute(sim).total, 0.0, []
+        for _ in range(round(0.2 / step)):
+            powers.append(-np.prod(sim.box.length) * (np.diag(stress(sim).total) * rate).sum())
+            sim.run(1)
+        powers.append(-np.prod(sim.box.length) * (np.diag(stress(sim).total) * rate).sum())
+        work = step * (np.sum(powers) - 0.5 * (powers[0] + powers[-1]))
+        gained = EnergyBudget().compute(sim).total - begin
+        assert abs(work) > 0.02 * begin
+        errors.append(abs(gained - work) / abs(work))
+    assert errors[1] < 0.01 and errors[1] < 0.7 * errors[0], errors
+
+
+def crystal(material=DAMPED, **options):
+    """A simple cubic lattice that just touches: 4 x 4 x 4 grains."""
+    sim = box(material, **options)
+    sim.add_grains(lattice("sc", 1.0, (0.5,) * 3, (4,) * 3), 0.5)
+    return sim
+
+
+def test_the_stress_of_a_crystal_is_that_of_its_springs():
+    """kn overlap over the face of a cell, along each axis by itself."""
+    sim = crystal(SOFT)
+    sim.deformation = bc.Deformation(-0.04, -0.02, -0.01)
+    sim.run(1000)
+    cell = sim.box.length / 4.0
+    expected = 1e3 * (1.0 - cell) * cell / cell.prod()
+    np.testing.assert_allclose(np.diag(stress(sim).contact), expected, rtol=1e-10)
+
+
+@pytest.mark.parametrize("axes", ["all alike", "each by itself"])
+def test_a_servo_holds_a_stress(axes):
+    """Of a crystal, to what its springs need; of a crowd, within 1 %, while it is pulled along the other axis."""
+    sim = crystal()
+    sim.damping = bc.Damping(local=0.5)
+    one = bc.StressServo(20.0, max_rate=0.5)
+    if axes == "all alike":
+        sim.deformation = bc.Deformation(one, one, one)
+    else:
+        sim.deformation = bc.Deformation(*(bc.StressServo(s, max_rate=0.5) for s in (20.0, 30.0, 10.0)))
+    sim.run(6000)
+    wanted = [20.0] * 3 if axes == "all alike" else [20.0, 30.0, 10.0]
+    np.testing.assert_allclose(np.diag(stress(sim).total), wanted, rtol=0.005)
+
+
+def test_what_cannot_be_stretched_is_refused():
+    sim = bc.Simulation(bc.Box((0, 0, 0), (4, 4, 4), (True, True, False)), bc.laws.linear, SOFT, 1e-3)
+    sim.add_grains([(2, 2, 2)], 0.4)
+    sim.deformation = bc.Deformation(z=0.1)
+    with pytest.raises(SceneError, match="deformation: z = 0.1, but the box is not periodic along z"):
+        sim.run(1)
+    for wrong in ("fast", np.nan, True, 1j):
+        sim.deformation = bc.Deformation(x=wrong)
+        with pytest.raises(SceneError, match=r"deformation: x = .* \[1/time\] must be a finite number"):
+            sim.run(1)
+    sim.deformation = bc.Deformation(x=lambda sim: np.inf)
+    with pytest.raises(SceneError, match=r"deformation, t = 0: x = inf"):
+        sim.run(1)
+    sim.deformation = 0.1
+    with pytest.raises(SceneError, match=r"deformation = 0.1 must be a barchan.Deformation"):
+        sim.run(1)
