@@ -1,6 +1,6 @@
 """A periodic box that is stretched as the grains move: at a given rate, or so that they carry a given stress."""
 
-from math import isfinite
+from math import copysign, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -52,10 +52,15 @@ class Deformation(NamedTuple):
         Raises:
             SceneError: a function returned something else than a finite number.
         """
-        servos = [one for one in dict.fromkeys(one for one in self if isinstance(one, StressServo))]
-        held = {id(servo): servo.rate(sim, [a for a in range(3) if self[a] is servo]) for servo in servos}
-        rates = [0.0 if one is None else held[id(one)] if id(one) in held else one(sim) if callable(one) else one for one in self]
+        known = [0.0 if one is None else one.now if isinstance(one, StressServo) else one for one in self]
+        rates = [rate(sim) if callable(rate) else rate for rate in known]
         return np.array([_rate(f"deformation, t = {sim.time:g}: {axis}", rate) for axis, rate in zip("xyz", rates)])
+
+    def look(self, sim):
+        """Let the servos see what the grains carry now, those that have to; forces must be known. All ranks must call this."""
+        for servo in dict.fromkeys(one for one in self if isinstance(one, StressServo)):
+            if servo.looked == 0.0 or sim.step_number % servo.LOOK == 0:
+                servo.look(sim, [axis for axis in range(3) if self[axis] is servo])
 
     def state(self):
         """What a checkpoint keeps of the servos, by axis."""
@@ -86,7 +91,7 @@ class StressServo:
     """
 
     SHARE, LOOK, MEMORY = 0.02, 10, 200
-    memory = ("steady", "now")
+    memory = ("steady", "now", "looked")
 
     def __init__(self, stress, max_rate):
         if not callable(stress):
@@ -94,31 +99,27 @@ class StressServo:
         self.stress, self.max_rate = stress, _rate("StressServo: max_rate", max_rate)
         if self.max_rate <= 0.0:
             raise SceneError(f"StressServo: max_rate = {shown(max_rate)} [1/time] must be above 0")
-        self.steady = self.now = 0.0
+        self.steady = self.now = self.looked = 0.0
 
-    def rate(self, sim, axes):
-        """Rate for the step that begins; all ranks must ask.
+    def look(self, sim, axes):
+        """Find the rate from now on, ``now``; all ranks must call this.
 
         Args:
             axes: that it stands for.
         """
-        if sim.step_number % self.LOOK == 0 or self.now == 0.0:
-            self.now = self._found(sim, axes)
-        return self.now
-
-    def _found(self, sim, axes):
         target = self.stress(sim) if callable(self.stress) else self.stress
         target = _rate(f"StressServo, t = {sim.time:g}: stress", target, "force/length^2")
         excess = float(np.mean(np.diag(stress(sim).total)[axes])) - target
         stiffness = _stiffness(sim, axes)
+        self.looked = 1.0
         if stiffness == 0.0:
-            self.steady = 0.0
-            return -self.max_rate if excess < 0.0 else self.max_rate
+            self.steady, self.now = 0.0, copysign(self.max_rate, excess)
+            return
         correction = self.SHARE * excess / (stiffness * sim.dt)
         found = self.steady + correction
         if abs(found) < self.max_rate:
             self.steady += correction * self.LOOK / self.MEMORY
-        return min(max(found, -self.max_rate), self.max_rate)
+        self.now = min(max(found, -self.max_rate), self.max_rate)
 
     def state(self):
         """What a checkpoint keeps."""

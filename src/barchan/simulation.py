@@ -125,6 +125,7 @@ class Simulation(Assembly):
             self.clock.lap("ghosts")
         self.compute_forces(self.dt)  # F, T and contact memory: n -> n+1, with v at n+1/2
         self._primed, self._in_step = True, False
+        self.deformation.look(self)
         self.clock.lap("forces")
         self._write()
         self.clock.lap("output")
@@ -211,6 +212,7 @@ class Simulation(Assembly):
             self.compute_forces(0.0)
             self._agree_on_faults()
             self._primed = True
+            self.deformation.look(self)
 
     def start_at_full_step(self):
         """Take the velocities as those of the full step n, where most codes and text books give them, and bring them to
@@ -261,7 +263,14 @@ class Simulation(Assembly):
         rest. Returns what ``step`` needs to finish one that was begun, or None."""
         watch, gravity, wire = self.staleness, self._gravity, self.ghosts.wire
         waits = callable(gravity.value) or not self._listed or self.faults.found or self.stop_requested
-        waits = waits or self.bonds.active or self._deforms or self.clock.by_phase or wire is None or use_threads(self.threads, self.grains.n) > 1
+        waits = (
+            waits
+            or self.bonds.active
+            or self._deforms
+            or self.clock.by_phase
+            or wire is None
+            or use_threads(self.threads, self.grains.n) > 1
+        )
         most = self._of_all_least(0 if waits else stepping.steps_ahead(self, end))
         if most < 2:
             return None
