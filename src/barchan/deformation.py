@@ -21,8 +21,8 @@ class Deformation(NamedTuple):
     that it holds, and one rate for all of them.
 
     The box keeps its centre. While it is stretched, the velocity of a grain is that relative to the box: a grain that moves with
-    it is at rest. So grains on both sides of a periodic face, and their contacts, see each other move as in the middle of the box;
-    a stretched box does work, the volume times stress times rate. What walls do along an axis that is stretched, they do with it.
+    it is at rest. So grains on both sides of a periodic face, and their contacts, see each other move as in the middle of the
+    box, and a stretched box does work: minus the volume times stress times rate. Walls are stretched with it along their plane.
     """
 
     x: object = None

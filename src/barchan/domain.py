@@ -117,9 +117,10 @@ class Box:
     def stretch(self, rate, dt):
         """Stretch the box about its centre for a step; returns a ``Stretch``.
 
-        Places keep their share of the box but for the velocity v of each grain, which is that relative to the box: x' = v + G x,
-        and, as nothing acts on a free grain in space, v' = -G v. Both have the second order in dt: with L(n+1) = (1 + rate dt)
-        L(n), G(n+1/2) is the change of L over its mean, and v(n+1/2) / v(n-1/2) the means of L the other way round.
+        A place x keeps its share of the box but for the velocity v of the grain, which is that relative to the box: x' = v + G x
+        and v' = F/m - G v, as in Evans & Morriss, Phys. Rev. A 30, 1528 (1984). So in a box whose edges grow steadily free grains
+        fly straight on in space. With L(n+1) = (1 + rate dt) L(n), G(n+1/2) is the change of L over its mean in the step, and
+        v(n+1/2) / v(n-1/2) the means of L the other way round.
 
         Args:
             rate: relative growth of each edge (3,), 0 where the box is not periodic [1/time].

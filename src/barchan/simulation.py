@@ -50,8 +50,9 @@ class Simulation(Assembly):
 
     Attributes to set before or between runs: ``max_overlap`` (0.2: allowed overlap relative to the smaller diameter),
     ``skin`` [length] (how far beyond touching pairs are listed; changes speed, never the result), ``gravity``, ``dt``,
-    ``damping`` (a ``Damping``; none), ``deformation`` (a ``Deformation`` of a periodic box; none), ``size_classes`` (a ``SizeClasses``, which chooses by itself). At any moment, also from a
-    signal handler: ``stop_requested`` = True ends the run after the step at hand. ``clock`` knows where the time goes.
+    ``damping`` (a ``Damping``; none), ``deformation`` (a ``Deformation`` of a periodic box; none), ``size_classes`` (a
+    ``SizeClasses``, which chooses by itself). At any moment, also from a signal handler: ``stop_requested`` = True ends the run
+    after the step at hand. ``clock`` knows where the time goes.
 
     Raises:
         SceneError: an argument cannot be used.

@@ -1,5 +1,5 @@
-"""A box that is stretched gives the same bits on any number of threads and ranks, over rebuilds, sharing of space anew and a stop:
-with servos, with walls, with bonds that break, with grains of several sizes."""
+"""A box that is stretched gives the same bits on any number of threads and ranks, over rebuilds, sharing of space anew and a
+stop: with servos, with walls, with bonds that break, with grains of several sizes."""
 
 import warnings
 
@@ -65,7 +65,7 @@ def plain(request):
 
 def test_the_state_is_worth_testing(plain):
     """Much touches, bonds broke and hold, grains went round, and the box is another one."""
-    around, state = plain
+    _, state = plain
     assert len(state.contacts.keys) > 500 and len(state.cracks) > 10 and len(state.bonds.keys) > 10
     assert state.fields["image"].any()
     stretched = state.about["stretched"]

@@ -125,9 +125,9 @@ def bond_forces(parts, first, second, kind, strength, place, motion, spin, table
                 dz = dz + lengths[2] if dz < -halves[2] else dz
                 {gathered}
                 fx, fy, fz, ux, uy, uz, wx, wy, wz, barchan_mode{history_names} = barchan_bond(
-                    dx, dy, dz, seen[p, 3, c] + rates[0] * dx, seen[p, 4, c] + rates[1] * dy, seen[p, 5, c] + rates[2] * dz, seen[p, 6, c], seen[p, 7, c], seen[p, 8, c],
-                    seen[p, 9, c], seen[p, 10, c], seen[p, 11, c], seen[p, 12, c], seen[p, 13, c], 1.0 / seen[p, 14, c],
-                    strength[k], dt, {flat_arguments})
+                    dx, dy, dz, seen[p, 3, c] + rates[0] * dx, seen[p, 4, c] + rates[1] * dy, seen[p, 5, c] + rates[2] * dz,
+                    seen[p, 6, c], seen[p, 7, c], seen[p, 8, c], seen[p, 9, c], seen[p, 10, c], seen[p, 11, c], seen[p, 12, c],
+                    seen[p, 13, c], 1.0 / seen[p, 14, c], strength[k], dt, {flat_arguments})
                 {keep}
                 mode = 1.0 * barchan_mode
                 is_one = mode >= 0.0 and mode <= {n_modes}.0 and mode == barchan_np.floor(mode)

@@ -166,8 +166,8 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
                 barchan_receive_ghosts(wire, force.shape[0], place, motion, spin)
             more, large_more, too_large_more = barchan_pair_forces(
                 rooms.pairs[part], first, second, n_owned, place, motion, spin, bodies.material, rules.n_materials, rules.table,
-                slot, history, out, lists.changed, rooms.rows, rooms.branch, rooms.fresh, rules.length, rules.half, rules.rate, dt,
-                rules.allowed_overlap, rules.max_overlap)
+                slot, history, out, lists.changed, rooms.rows, rooms.branch, rooms.fresh, rules.length, rules.half, rules.rate,
+                dt, rules.allowed_overlap, rules.max_overlap)
             touching, large, too_large = touching + more, large + large_more, too_large + too_large_more
         if lists.wall_grain.shape[0] > 0:
             for w in range(planes.point.shape[0]):

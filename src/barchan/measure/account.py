@@ -12,8 +12,8 @@ from barchan.words import shown
 
 
 class EnergyAccount:
-    """A writer that watches every step: work of gravity and of walls, and what friction, dashpots and damping took, since the
-    first step that it saw.
+    """A writer that watches every step: work of gravity, of walls and of a stretched box, and what friction, dashpots and
+    damping took, since the first step that it saw.
 
     Put it into ``sim.writers`` before checkpoints, which keep its sums. Each power (``powers.py``) is integrated by the
     trapezoidal rule, elastic energy is that of the present overlaps, and kinetic energy that of the full step: what is left
@@ -44,6 +44,7 @@ class EnergyAccount:
     start = Result("sum of the three at the first step seen, and what changes of materials gave since [force length]")
     gravity = Result("work of gravity since then [force length]")
     walls = Result("work of walls, and of frozen grains that move [force length]")
+    box = Result("work of a box that is stretched [force length]")
     friction = Result("taken by friction [force length]")
     dashpots = Result("taken by the dashpots of normal forces [force length]")
     damping = Result("taken by Simulation.damping [force length]")
@@ -94,13 +95,13 @@ class EnergyAccount:
         self.bonded = stored_in_bonds(sim)
         self.start = sum(begin.values())
         self.breaking = -work.bonds - (self.bonded - begin["bonds"])
-        self.gravity, self.walls = work.gravity, work.walls
+        self.gravity, self.walls, self.box = work.gravity, work.walls, work.box
         self.friction = -work.tangential - (springs - begin["springs"])
         self.dashpots, self.damping = -work.dashpots, -work.damping
         in_normal = self.elastic - springs - begin["normal"]
         self.parting = -work.normal - in_normal if sim.law.reach else 0.0
         taken = (self.friction, self.dashpots, self.damping, self.parting, self.breaking)
-        now, came = (self.kinetic, self.elastic, self.bonded), (self.gravity, self.walls)
+        now, came = (self.kinetic, self.elastic, self.bonded), (self.gravity, self.walls, self.box)
         self.residual = sum(now) - (self.start + sum(came) - sum(taken))
         self.largest = max(map(abs, (*now, self.start, *came, *taken)))
         return self

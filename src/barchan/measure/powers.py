@@ -21,7 +21,7 @@ from barchan.measure.sums import exact_sums
 
 class Powers(NamedTuple):
     """Power on the grains, negative where it takes from them [force length/time]: of gravity, of walls and frozen grains that
-    move, of contacts, of ``Simulation.damping`` and of bonds."""
+    move, of contacts, of ``Simulation.damping``, of bonds, and of a box that is stretched, by contacts, bonds and motion."""
 
     gravity: float
     walls: float
@@ -30,6 +30,7 @@ class Powers(NamedTuple):
     dashpots: float
     damping: float
     bonds: float
+    box: float
 
 
 def powers(sim):
@@ -42,15 +43,20 @@ def powers(sim):
     def of(out):
         """Power of some parts of all contacts, by grain and by contact with a wall, whose surface moves."""
         force, torque = _gathered(sim, out)
-        at_walls = out[:3, contacts.slot[contacts.n_pairs :]]
-        return force, torque, _power(force, velocity) + _power(torque, omega), (at_walls * at_surface).sum(axis=0)
+        at_walls, stretched = out[:3, contacts.slot[contacts.n_pairs :]], _power(out[:3, contacts.slot[pairs]].T, parting)
+        by_grain = _power(force, velocity) + _power(torque, omega)
+        return force, torque, by_grain, np.concatenate([(at_walls * at_surface).sum(axis=0), -stretched])
 
+    pairs, parting = _parted(sim, contacts.first, contacts.second, contacts.slot[: contacts.n_pairs] > 0)
     force, torque, by_grain, by_wall = of(contacts.out)
     others = [of(out)[2:] for out in (_along_normals(sim), _at_rest(sim))]
     within = [np.concatenate([grain, -wall]) for grain, wall in ((by_grain, by_wall), *others)]
-    no_walls = np.zeros(len(by_wall))
+    by_wall, by_box = np.split(by_wall, [len(contacts.wall_grain)])
     of_bonds = sim.bonds.sums(grains.n)
     by_bonds = _power(of_bonds[0], velocity) + _power(of_bonds[1], omega)
+    bonds, parting = _parted(sim, sim.bonds.first, sim.bonds.second, sim.bonds.holding)
+    bonds_by_box = -_power(sim.bonds.out[:3, bonds].T, parting)
+    no_walls = np.zeros(len(by_wall))
     force, torque = force + of_bonds[0], torque + of_bonds[1]
     total = _power(grains.view("force") - force - gravity, velocity) + _power(grains.view("torque") - torque, omega)
     columns = [
@@ -59,8 +65,20 @@ def powers(sim):
         np.concatenate([np.where(flows, total, 0.0), no_walls]),
         np.concatenate([by_bonds, no_walls]),
     ]
-    actual, along, normal, of_gravity, of_walls, damping, bonds = exact_sums([*within, *columns], sim.comm)[:, 0].tolist()
-    return Powers(of_gravity, of_walls, normal, actual - along, along - normal, damping, bonds)
+    motion = -_power(grains.view("mass")[:, None] * velocity, sim.box.frame.rate * velocity)
+    of_box = np.concatenate([by_box, bonds_by_box, np.where(flows, motion, 0.0)])
+    actual, along, normal = exact_sums(within, sim.comm)[:, 0].tolist()
+    of_gravity, of_walls, damping, bonds = exact_sums(columns, sim.comm)[:, 0].tolist()
+    box, of_bonds = (float(exact_sums([terms], sim.comm)[0, 0]) for terms in (of_box, bonds_by_box))
+    return Powers(of_gravity, of_walls, normal, actual - along, along - normal, damping, bonds - of_bonds, box)
+
+
+def _parted(sim, first, second, some):
+    """Numbers of ``some`` pairs, of which this rank owns the first grain, and how fast the box parts their centres, (k, 3)."""
+    chosen, place = np.flatnonzero(some & (first < sim.grains.n)), sim.grains.block("place", True)
+    if not sim.box.moves:
+        chosen = chosen[:0]
+    return chosen, sim.box.frame.rate * sim.box.difference(place[first[chosen], :3], place[second[chosen], :3])
 
 
 def _power(force, velocity):
