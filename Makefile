@@ -43,9 +43,9 @@ $(VENV)/.installed: $(VENV)/.made pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable .
 	touch $@
 
-$(VENV)/.tested: $(VENV)/.installed pyproject.toml
+$(VENV)/.tested: $(VENV)/.made pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable '.[test,docs]'
-	touch $@
+	touch $@ $(VENV)/.installed $(VENV)/.documented
 
 $(VENV)/.documented: $(VENV)/.installed pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable '.[docs]'
