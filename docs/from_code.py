@@ -6,10 +6,12 @@ from barchan import units
 from barchan.cli import app
 from barchan.experiments.avalanche.parameters import PAPER, Avalanche
 from barchan.experiments.bond import BondTest
+from barchan.experiments.column import Column
 from barchan.experiments.compression import parameters as compression
 from barchan.experiments.oedometer import Oedometer
 from barchan.experiments.repose import Repose
 from barchan.experiments.rock import Rock
+from barchan.experiments.silo import Silo
 from barchan.laws import SHIPPED
 
 _SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
@@ -69,6 +71,16 @@ def parameters_of_rock():
     return parameters(Rock, None)
 
 
+def parameters_of_silo():
+    """The parameters of the discharge of silos as a table."""
+    return parameters(Silo, None)
+
+
+def parameters_of_column():
+    """The parameters of the collapse of columns as a table."""
+    return parameters(Column, None)
+
+
 def laws():
     """The laws that come with barchan as a table."""
     rows = (
@@ -80,6 +92,7 @@ def laws():
 
 def _fill(sphinx, page, source):
     scenes = (parameters_of_bond, parameters_of_compression, parameters_of_oedometer, parameters_of_repose, parameters_of_rock)
+    scenes += (parameters_of_silo, parameters_of_column)
     parts = (commands, parameters, *scenes, laws)
     for part in parts:
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())

@@ -99,6 +99,28 @@ def bond(
 
 
 @run_app.command()
+def column(
+    columns: Annotated[str | None, typer.Option(help="number of columns, each with an aspect ratio of its own [5]")] = None,
+    aspect_min: Annotated[str | None, typer.Option(help="smallest ratio of height to radius [0.5]")] = None,
+    aspect_max: Annotated[str | None, typer.Option(help="largest ratio of height to radius [4]")] = None,
+    column_radius: Annotated[str | None, typer.Option(help="radius of the columns [40 mm]")] = None,
+    friction: Annotated[str | None, typer.Option(help="between grains, and at the floor [0.3]")] = None,
+    duration: Annotated[str | None, typer.Option(help="simulated time after the release [0.75 s]")] = None,
+    equilibrate: Annotated[str | None, typer.Option(help="simulated time before the release [0.36 s]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and places [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 5000,
+):
+    """The collapse of columns of several aspect ratios (Lube et al. 2004). Values may have units: --column-radius 5cm."""
+    given = {"columns": columns, "aspect_min": aspect_min, "aspect_max": aspect_max, "column_radius": column_radius}
+    given |= {"friction": friction, "duration": duration, "equilibrate": equilibrate, "seed": seed}
+    _run("column", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
 def compression(
     grains: Annotated[str | None, typer.Option(help="about how many grains rain [3000]")] = None,
     stress_rate: Annotated[str | None, typer.Option(help="rate at which the stress grows [2e6 Pa/s]")] = None,
@@ -180,6 +202,30 @@ def rock(
     given = {"test": test, "grains": grains, "modulus": modulus, "tensile_strength": tensile_strength}
     given |= {"shear_strength": shear_strength, "duration": duration, "seed": seed}
     _run("rock", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
+def silo(
+    grains: Annotated[str | None, typer.Option(help="number of grains in each silo [7000]")] = None,
+    outlets: Annotated[str | None, typer.Option(help="number of silos, each with an outlet of its own [4]")] = None,
+    outlet_min: Annotated[str | None, typer.Option(help="diameter of the smallest outlet [25 mm]")] = None,
+    outlet_max: Annotated[str | None, typer.Option(help="diameter of the largest outlet [40 mm]")] = None,
+    silo_diameter: Annotated[str | None, typer.Option(help="inner diameter of the silos [80 mm]")] = None,
+    friction: Annotated[str | None, typer.Option(help="between grains [0.2]")] = None,
+    duration: Annotated[str | None, typer.Option(help="simulated time after the opening [0.9 s]")] = None,
+    equilibrate: Annotated[str | None, typer.Option(help="simulated time to come to rest in [0.36 s]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and places [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 5000,
+):
+    """Discharge of silos through outlets of several diameters (Beverloo 1961). Values may have units: --outlet-max 4cm."""
+    given = {"grains": grains, "outlets": outlets, "outlet_min": outlet_min, "outlet_max": outlet_max}
+    given |= {"silo_diameter": silo_diameter, "friction": friction, "duration": duration}
+    given |= {"equilibrate": equilibrate, "seed": seed}
+    _run("silo", given, set_, out, resume, _manner(threads, checkpoint_every))
 
 
 @run_app.command(hidden=True)

@@ -5,14 +5,9 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from barchan.experiments.loose import LOOSEST
 from barchan.packing.lattice import mean_volume
 from barchan.scene import Scene, quantity
-
-#: Distance of neighbours on the lattice at the start, in largest diameters: some room to stand irregularly.
-SPACING = 1.04
-
-#: Solid fraction that no column at rest falls below: random loose packing is 0.55, and walls cost some of it.
-LOOSEST = 0.5
 
 
 class Repose(Scene):
@@ -102,13 +97,12 @@ class Repose(Scene):
 class Outline(NamedTuple):
     """Where grains stand at the start: on a lattice over their base.
 
-    ``low``, ``high``: corners of the brick around the base, x and y [m]. ``edge``: of a cell of the lattice [m]. ``column``:
-    height that they do not exceed when they have come to rest [m].
+    ``low``, ``high``: corners of the brick around the base, x and y [m]. ``column``: height that they do not exceed when they
+    have come to rest [m].
     """
 
     low: tuple
     high: tuple
-    edge: float
     column: float
 
     @classmethod
@@ -120,6 +114,5 @@ class Outline(NamedTuple):
         else:
             low, high = (0.0, -0.5 * scene.width), (scene.length, 0.5 * scene.width)
             area = scene.length * scene.width
-        edge = 2.0 * scene.radius_max * SPACING / (0.5 * 3.0**0.5)  # body-centred: neighbours along half the diagonal
         volume = scene.grains * mean_volume(scene.radius_min, scene.radius_max)
-        return cls(low, high, edge, volume / (LOOSEST * area))
+        return cls(low, high, volume / (LOOSEST * area))

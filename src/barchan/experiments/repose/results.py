@@ -5,15 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from barchan import record
+from barchan.experiments.checks import at_rest, overlap, time_step
 from barchan.experiments.experiment import Check, Results
 from barchan.experiments.repose.slope import Pile, on_slope, pile, straight
 from barchan.experiments.repose.surface import Profile
-from barchan.packing.lattice import mean_volume
 from barchan.units import readable
 from barchan.writers import read_table
-
-#: Mean kinetic energy of a grain at rest, relative to m g d: what it takes to climb over another one.
-AT_REST = 1e-4
 
 #: Mean resultant force of a grain at rest, relative to the mean force of a contact.
 BALANCED = 0.02
@@ -122,13 +119,8 @@ def _checks(scene, series, over, sittings):
         checks.append(_weight_check(series))
         touching = int(series["lifted contacts"][-1])
         checks.append(Check(f"{scene.method} is clear of grains", f"{touching} touch it", "0", touching == 0))
-    stable = max((s.stable_dt or 0.0 for s in sittings), default=0.0)
-    if stable:  # a run that is under way, or was killed, has no record yet
-        checks.append(Check("time step", readable(scene.dt, "s"), f"{readable(stable, 's')}, the stable one", scene.dt <= stable))
-    largest = float(series["largest overlap [1]"].max())
-    checks.append(
-        Check("overlap", f"largest seen {100 * largest:.2f} % of a diameter", f"{100 * OVERLAP:g} %", largest <= OVERLAP)
-    )
+    checks += time_step(scene, sittings)
+    checks.append(overlap(float(series["largest overlap [1]"].max()), OVERLAP))
     lost = scene.grains - int(series["grains"][-1]) - int(series["left over the edge"][-1])
     left = int(series["left over the edge"][-1])
     checks.append(Check("lost grains", f"{lost}; {left} rolled over the edge of the floor", "0", lost == 0))
@@ -136,11 +128,7 @@ def _checks(scene, series, over, sittings):
 
 
 def _rest_check(scene, series, row, name):
-    """Energy of motion against the energy to lift each grain by its diameter."""
-    mass = scene.density * mean_volume(scene.radius_min, scene.radius_max)
-    energy = float(series["kinetic energy [J]"][row]) / max(float(series["grains"][row]), 1.0)
-    ratio = energy / (mass * scene.gravity * scene.diameter)
-    return Check(name, f"{ratio:.1e} of m g d a grain", f"{AT_REST:g}", ratio <= AT_REST)
+    return at_rest(scene, series["kinetic energy [J]"][row], series["grains"][row], name)
 
 
 def _weight_check(series):

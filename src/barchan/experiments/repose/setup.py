@@ -6,12 +6,10 @@ import numpy as np
 
 from barchan import laws
 from barchan.actions import Outlet
-from barchan.chance import uniform
 from barchan.domain import Box
+from barchan.experiments import loose
 from barchan.experiments.experiment import Stage
-from barchan.experiments.repose.parameters import SPACING, Outline
-from barchan.materials import Material
-from barchan.packing.lattice import lattice
+from barchan.experiments.repose.parameters import Outline
 from barchan.parallel import world
 from barchan.preflight import check_memory
 from barchan.simulation import Simulation
@@ -47,7 +45,8 @@ def build(scene, threads=None, comm=None, with_grains=True):
     top, margin = float(place[:, 2].max()) + scene.radius_max, 4.0 * scene.radius_max
     edge, side = scene.floor + margin, (scene.floor if scene.method == "cylinder" else 0.5 * scene.width) + margin
     box = Box((-edge if scene.method == "cylinder" else -margin, -side, -margin), (edge, side, 2.0 * top + margin))
-    sim = Simulation(box, laws.hertz_mindlin, _materials(scene), scene.dt, (0.0, 0.0, -scene.gravity), threads, comm)
+    materials = loose.materials(scene, wall=scene.wall_friction, floor=scene.floor_friction, smooth=0.0)
+    sim = Simulation(box, laws.hertz_mindlin, materials, scene.dt, (0.0, 0.0, -scene.gravity), threads, comm)
     for name, friction in (("wall", scene.wall_friction), ("floor", scene.floor_friction)):
         sim.materials.set_pair("sand", name, friction=friction)
     sim.add_field("start_height", dimension="length")
@@ -58,40 +57,41 @@ def build(scene, threads=None, comm=None, with_grains=True):
         point = (x * scene.floor, y * scene.floor, 0.0)
         sim.actions.append(Outlet(f"over the edge at {x:+d} {y:+d}", point, (x, y, 0), Every(OUTLET_STEPS)))
     if with_grains:
-        radii = (_radii(scene, stream, len(some)) for stream, some in ((_RADII, place), (_FLOOR_RADII, glued)))
+        radii = (loose.radii(scene, stream, len(some)) for stream, some in ((_RADII, place), (_FLOOR_RADII, glued)))
         sim.add_grains(place, next(radii), "sand", start_height=place[:, 2])
         sim.add_grains(glued, next(radii), "sand", frozen=True)
     return sim
 
 
 def start(scene):
-    """Centres of the grains at the start, (grains, 3) [m]: the lowest places of a body-centred lattice over the base, irregular
-    by as much as there is room for."""
-    outline, room = Outline.of(scene), SPACING * scene.radius_max
-    low = (*outline.low, 2.0 * room)  # above the grains that are glued to the floor
-    across = [ceil((b - a) / outline.edge) for a, b in zip(outline.low, outline.high)]
-    in_a_layer = int(_inside(scene, lattice("bcc", outline.edge, low, (*across, 1)), room).sum())
-    points = lattice("bcc", outline.edge, low, (*across, scene.grains // in_a_layer + 1))
-    points = points[_inside(scene, points, room)]
-    points = points[np.argsort(points[:, 2], kind="stable")][: scene.grains]
-    return points + _irregular(scene, _PLACES, points.shape, (SPACING - 1.0) * scene.radius_max / 3.0**0.5)
+    """Centres of the grains at the start, (grains, 3) [m]: loose, in the cylinder or between the plate and the other walls."""
+    outline, bottom = Outline.of(scene), 2.0 * loose.room(scene.radius_max)  # above the grains that are glued to the floor
+    if scene.method == "cylinder":
+        points = loose.places_in_tube(scene.grains, scene.cylinder_radius, bottom, scene.radius_max)
+    else:
+        inner = np.add(outline.low, loose.room(scene.radius_max)), np.subtract(outline.high, loose.room(scene.radius_max))
+        points = loose.places(
+            scene.grains,
+            outline.low,
+            outline.high,
+            bottom,
+            scene.radius_max,
+            lambda p: ((p[:, :2] > inner[0]) & (p[:, :2] < inner[1])).all(axis=1),
+        )
+    return points + loose.shifts(scene, _PLACES, len(points))
 
 
 def floor_grains(scene):
     """Centres of the grains glued to the floor, (k, 3) [m], in its plane; none if it is smooth."""
     if not scene.rough_floor:
         return np.zeros((0, 3))
-    count = ceil(scene.floor / scene.diameter)
-    x = scene.diameter * (np.arange(count) + 0.5)
     if scene.method == "cylinder":
-        x = y = np.concatenate([-x[::-1], x])
+        points = loose.disc_floor(scene.floor, scene.diameter)
     else:
+        x = scene.diameter * (np.arange(ceil(scene.floor / scene.diameter)) + 0.5)
         y = scene.diameter * (np.arange(ceil(scene.width / scene.diameter)) + 0.5) - 0.5 * scene.width
-    points = np.stack(np.meshgrid(x, y, 0.0, indexing="ij"), axis=-1).reshape(-1, 3)
-    if scene.method == "cylinder":
-        points = points[np.hypot(points[:, 0], points[:, 1]) <= scene.floor]
-    shift = _irregular(scene, _FLOOR_PLACES, points.shape, 0.25 * scene.diameter)
-    return points + shift * (1.0, 1.0, 0.0)
+        points = np.stack(np.meshgrid(x, y, 0.0, indexing="ij"), axis=-1).reshape(-1, 3)
+    return loose.glued(scene, _FLOOR_PLACES, points)
 
 
 def stages(scene):
@@ -107,14 +107,6 @@ def _move(sim, speed):
     sim.walls[LIFTED].velocity = (0.0, 0.0, speed)
 
 
-def _materials(scene):
-    """Sand, and walls of the same stiffness."""
-    elastic = {name: getattr(scene, name) for name in ("youngs_modulus", "poisson_ratio", "restitution")}
-    frictions = {"wall": scene.wall_friction, "floor": scene.floor_friction, "smooth": 0.0}
-    walls = [Material(name, friction=friction, **elastic) for name, friction in frictions.items()]
-    return [Material("sand", scene.density, friction=scene.friction, **elastic), *walls]
-
-
 def _walls(scene, top):
     """The floor; what is lifted; and what else holds a block of grains."""
     yield Plane((0.0, 0.0, 0.0), (0, 0, 1), "floor")
@@ -127,26 +119,3 @@ def _walls(scene, top):
     yield Plane((0.0, 0.0, 0.0), (1, 0, 0), "wall")
     for side in (-1, 1):
         yield Plane((0.0, 0.5 * side * scene.width, 0.0), (0, -side, 0), "smooth")
-
-
-def _inside(scene, points, room):
-    """Which points are further than ``room`` from the walls around the base, (k,) booleans."""
-    if scene.method == "cylinder":
-        return np.hypot(points[:, 0], points[:, 1]) < scene.cylinder_radius - room
-    outline = Outline.of(scene)
-    flat = points[:, :2]
-    return ((flat > np.add(outline.low, room)) & (flat < np.subtract(outline.high, room))).all(axis=1)
-
-
-def _radii(scene, stream, count):
-    return scene.radius_min + (scene.radius_max - scene.radius_min) * _draw(scene, stream, count)
-
-
-def _irregular(scene, stream, shape, most):
-    """Random shifts of at most ``most`` along each axis [m]."""
-    return most * (2.0 * _draw(scene, stream, shape[0] * shape[1]).reshape(shape) - 1.0)
-
-
-def _draw(scene, stream, count):
-    """Random numbers by their own number: every rank draws the same."""
-    return uniform(scene.seed + (stream << 64), np.arange(count))

@@ -1,0 +1,23 @@
+"""The collapse of columns of grains that differ in their aspect ratios.
+
+Grains come to rest in cylinders side by side on a rough floor; the cylinders are taken away at once; run-out and height of the
+deposits are beside published scalings.
+"""
+
+from barchan.experiments.column.figures import figures
+from barchan.experiments.column.observe import instruments
+from barchan.experiments.column.parameters import Column
+from barchan.experiments.column.results import results
+from barchan.experiments.column.setup import build, stages
+from barchan.experiments.experiment import Experiment
+
+COLUMN = Experiment(
+    name="column",
+    title="The collapse of columns of several aspect ratios",
+    scene=Column,
+    build=build,
+    stages=stages,
+    instruments=instruments,
+    results=results,
+    figures=figures,
+)
