@@ -47,13 +47,7 @@ def find_feet(i, g, nearby, course, shape, place, motion, apart, arm, found, sta
 
 
 @helper
-def has_corner(shape, t, v):
-    """Is it one of the triangle's?"""
-    return (shape.corners[t, 0] == v) | (shape.corners[t, 1] == v) | (shape.corners[t, 2] == v)
-
-
-@helper
-def drop_hidden(g, nearby, shape, apart, arm, found, stands):
+def drop_hidden(i, g, nearby, course, shape, place, apart, arm, found, stands):
     """Feet at the rim of a patch from where another patch leads nearer are none: that patch stands for them. Those at the back
     of a solid are none, unless the grain's centre is in it."""
     begin, end = nearby.group[g], nearby.group[g + 1]
@@ -71,23 +65,23 @@ def drop_hidden(g, nearby, shape, apart, arm, found, stands):
             a, b = shape.corners[t, k], shape.corners[t, (k + 1) % 3]
             b = b if feature < VERTEX else a
             if shape.rim[a] != 0 and shape.rim[b] != 0:
-                stands[c] = leading_nearer(c, a, b, begin, end, nearby, shape, apart, arm[c, 3], found[c, 0])
+                stands[c] = leading_nearer(c, i, g, nearby, course, shape, place, apart, arm)
 
 
 @helper
-def leading_nearer(c, a, b, begin, end, nearby, shape, apart, distance, at):
-    """The contact of another patch that has a triangle with the corners ``a`` and ``b``, in the same image as entry ``at``,
-    nearer than ``distance``: the nearest; ``OPEN`` if there is none. Triangles are convex: a nearer point of one is a way there
-    that leads nearer all along."""
-    best, nearer = distance, OPEN
-    for other in range(begin, end):
+def leading_nearer(c, i, g, nearby, course, shape, place, apart, arm):
+    """The contact of another patch that has a triangle on which the foot of ``c`` lies, and which is nearer: the nearest of
+    these; ``OPEN`` if there is none. Triangles are convex: a nearer point of one is a way there that leads nearer all along.
+    Places are compared, not vertices: parts of a mesh may only lie side by side, as images across periodic faces do."""
+    best, nearer = arm[c, 3], OPEN
+    for other in range(nearby.group[g], nearby.group[g + 1]):
         if other != c:
             for e in range(nearby.entry[other], nearby.entry[other + 1]):
-                t = nearby.triangle[e]
-                if apart[e] < best and has_corner(shape, t, a) and has_corner(shape, t, b):
-                    same = nearby.image[e, 0] == nearby.image[at, 0]
-                    same &= (nearby.image[e, 1] == nearby.image[at, 1]) & (nearby.image[e, 2] == nearby.image[at, 2])
-                    if same:
+                if apart[e] < best:
+                    dx, dy, dz = from_image(nearby, course, place, i, g, e)
+                    x, y, z = into(course.now, dx, dy, dz)
+                    x, y, z = x - arm[c, 0], y - arm[c, 1], z - arm[c, 2]
+                    if nearest_of(shape, nearby.triangle[e], x, y, z)[0] <= SAME * place[i, 3]:
                         best, nearer = apart[e], other
     return nearer
 
@@ -174,7 +168,7 @@ def measure_mesh(grain, place, motion, begin, number, column, nearby, course, sh
     for g in prange(nearby.group.shape[0] - 1):
         i = grain[begin + nearby.group[g]]
         find_feet(i, g, nearby, course, shape, place, motion, apart, arm, found, stands)
-        drop_hidden(g, nearby, shape, apart, arm, found, stands)
+        drop_hidden(i, g, nearby, course, shape, place, apart, arm, found, stands)
         choose(g, nearby, shape, place[i, 3], cosine, arm, stands)
         hand_over(i, g, nearby, stands, number, column, slot, history, changed)
         for c in range(nearby.group[g], nearby.group[g + 1]):

@@ -27,8 +27,8 @@ class Triangles(NamedTuple):
     in that plane that points inwards, and its offset; ``slack`` (t, 3): how far beyond an edge a foot may be by rounding and
     still count as in the triangle, where the next one lies in the same plane, else 0; ``edge_normals`` (t, 3, 3) and
     ``vertex_normals`` (v, 3): which way is out at edges and vertices (Baerentzen & Aanaes 2005, IEEE TVCG 11, 243); ``patch``
-    (t,); ``surface`` (patches,); ``rim`` (v,): 1 where patches meet; ``solid``: 1 if the mesh is closed, and has a front and a
-    back.
+    (t,); ``surface`` (patches,); ``rim`` (v,): 1 where patches meet or end; ``solid``: 1 if the mesh is closed, and has a front
+    and a back.
     """
 
     vertices: np.ndarray

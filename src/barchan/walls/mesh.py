@@ -40,8 +40,8 @@ class Mesh(Wall):
     """
 
     __slots__ = (
-    "_axis_x", "_axis_y", "_before", "_corners", "_dt", "_half", "_listed", "_made_of", "_mesh", "_patch", "_period", "_rooms",
-    "feature_angle", "inside",
+    "_axis_x", "_axis_y", "_before", "_corners", "_dt", "_given", "_half", "_listed", "_made_of", "_mesh", "_patch",
+    "_period", "_rooms", "feature_angle", "inside",
     )  # fmt: skip
 
     kind, parts = "mesh", ("point", "axis_x", "axis_y", "velocity", "omega")
@@ -58,13 +58,14 @@ class Mesh(Wall):
         middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
         super().__init__(middle if point is None else point, material, velocity, omega)
         own = vertices - self._point
-        self._mesh = triangulation(own, triangles, self.feature_angle, self.inside)
+        self._given, self._period = (own, triangles, self.feature_angle, self.inside), np.zeros(3)
+        self._mesh = triangulation(*self._given, self._period)
         self._made_of = sha256(
             repr((own.tolist(), np.asarray(triangles).tolist(), inside, self.feature_angle)).encode()
         ).hexdigest()
         self._corners = np.stack(np.meshgrid(*zip(own.min(axis=0), own.max(axis=0)), indexing="ij"), axis=-1).reshape(-1, 3)
         self._axis_x, self._axis_y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-        self._period, self._listed, self._patch, self._rooms = np.zeros(3), None, None, None
+        self._listed, self._patch, self._rooms = None, None, None
         self.settle()
 
     @property
@@ -104,7 +105,9 @@ class Mesh(Wall):
         """
         if box.dimension == 2:
             raise SceneError(f"{name}: a mesh needs three dimensions, the box has two; use planes, cylinders and cones there")
-        self._period = np.where(box.periodic, box.length, 0.0)
+        period = np.where(box.periodic, box.length, 0.0)
+        if (period != self._period).any():
+            self._mesh, self._period = triangulation(*self._given, period), period
 
     def settle(self):
         """Start from parameters that were set anew."""

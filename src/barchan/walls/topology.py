@@ -13,6 +13,9 @@ from barchan.errors import SceneError
 #: Vertices so near to a plane, relative to the largest coordinate, lie in it: a plane cut into triangles is one again.
 FLAT = 1e-12
 
+#: Vertices that are nearer than the extent of the mesh, or the period, over this are one to those who ask what hangs together.
+WELD = 2**30
+
 #: Least height of a triangle relative to its longest edge: below, it has no direction.
 THINNEST = 1e-12
 
@@ -46,6 +49,19 @@ def checked_triangles(vertices, triangles):
             f"triangles). Leave such triangles out, or repair the mesh where it was made"
         )
     return merged, corners
+
+
+def welded(vertices, period=(0.0, 0.0, 0.0)):
+    """A number for each vertex, the same for those at one place up to rounding, or a period away from each other, (v,).
+
+    Args:
+        period: along each axis, 0 where there is none [length].
+    """
+    low, extent = vertices.min(axis=0), max(float(np.ptp(vertices, axis=0).max()), 1e-300)
+    unit = np.where(np.greater(period, 0.0), period, extent) / WELD
+    places = np.rint((vertices - low) / unit).astype(np.int64)
+    places = np.where(np.greater(period, 0.0), places % WELD, places)
+    return np.unique(places, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 class Edges:

@@ -6,7 +6,7 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.triangles import Tree, Triangles
-from barchan.walls.topology import FLAT, Edges, checked_triangles, oriented, patches_of, planes_of
+from barchan.walls.topology import FLAT, Edges, checked_triangles, oriented, patches_of, planes_of, welded
 from barchan.walls.tree import tree_around
 
 
@@ -18,7 +18,7 @@ class Triangulation(NamedTuple):
     order: np.ndarray
 
 
-def triangulation(vertices, triangles, angle, inside):
+def triangulation(vertices, triangles, angle, inside, period):
     """What the loops need of a mesh, in its own frame.
 
     Args:
@@ -26,12 +26,13 @@ def triangulation(vertices, triangles, angle, inside):
         triangles: (t, 3) numbers of vertices.
         angle: feature angle in degrees.
         inside: grains are within the closed mesh.
+        period: (3,) of the box, 0 where it is not periodic [length]: across it, what fits together is one surface.
 
     Raises:
         SceneError: the triangles are none, or grains shall be inside and there are holes.
     """
     vertices, corners = checked_triangles(vertices, triangles)
-    edges = Edges(corners)
+    edges = Edges(welded(vertices)[corners])
     is_closed = bool((edges.owners == 2).all())
     if is_closed:
         _refuse_mixed(edges)
@@ -42,7 +43,7 @@ def triangulation(vertices, triangles, angle, inside):
     else:
         corners = oriented(corners, edges)
     tree, order = tree_around(vertices[corners])
-    return Triangulation(_shape(vertices, corners[order], angle, is_closed), tree, order)
+    return Triangulation(_shape(vertices, corners[order], angle, is_closed, period), tree, order)
 
 
 def volume(vertices, corners):
@@ -72,10 +73,11 @@ def _refuse_holes(vertices, corners, edges):
     )
 
 
-def _shape(vertices, corners, angle, is_closed):
-    edges = Edges(corners)
+def _shape(vertices, corners, angle, is_closed, period):
+    one, across = welded(vertices), welded(vertices, period)
+    edges, periodic_edges = Edges(one[corners]), Edges(across[corners])
     facet, normal, offset = planes_of(vertices, corners, edges)
-    patch, surface = patches_of(normal, edges, angle)
+    patch, surface = patches_of(normal, periodic_edges, angle)
     places, after = vertices[corners], vertices[corners[:, [1, 2, 0]]]
     along = after - places
     inwards = np.cross(normal[:, None, :], along)
@@ -89,27 +91,30 @@ def _shape(vertices, corners, angle, is_closed):
     beside = np.where((known & edges.alike)[:, :, None], normal[edges.beyond], 0.0)
     owner = np.empty(patch.max() + 1, dtype=np.int64)
     owner[patch] = surface
-    of_vertices = _at_vertices(len(vertices), corners, along, normal)
-    rim = _at_rims(len(vertices), corners, patch)
+    of_vertices = _at_vertices(one[corners], along, normal)[one]
+    rim = _at_rims(across[corners], patch, periodic_edges)[across]
     edge_normals = normal[:, None, :] + beside
     arrays = (vertices, corners, planes, slack, edge_normals, of_vertices, patch, owner, rim)
     return Triangles(*map(np.ascontiguousarray, arrays), int(is_closed))
 
 
-def _at_vertices(count, corners, along, normal):
+def _at_vertices(corners, along, normal):
     """Normals of the triangles around each vertex, weighted with their angles there, (vertices, 3)."""
     before = -along[:, [2, 0, 1]]
     lengths = np.sqrt((along**2).sum(axis=2) * (before**2).sum(axis=2))
     angle = np.arccos(np.clip((along * before).sum(axis=2) / lengths, -1.0, 1.0))
-    sums = np.zeros((count, 3))
+    sums = np.zeros((corners.max() + 1, 3))
     np.add.at(sums, corners, angle[:, :, None] * normal[:, None, :])
     return sums
 
 
-def _at_rims(count, corners, patch):
-    """1 for vertices where patches meet, (vertices,)."""
-    lowest, highest = np.full(count, patch.max() + 1), np.full(count, -1)
+def _at_rims(corners, patch, edges):
+    """1 for vertices where patches meet, or end, (vertices,)."""
+    lowest, highest = np.full(corners.max() + 1, patch.max() + 1), np.full(corners.max() + 1, -1)
     for k in range(3):
         np.minimum.at(lowest, corners[:, k], patch)
         np.maximum.at(highest, corners[:, k], patch)
-    return (lowest < highest).astype(np.uint8)
+    rim = lowest < highest
+    for end in (corners, corners[:, [1, 2, 0]]):
+        rim[end[edges.owners != 2]] = True
+    return rim.astype(np.uint8)
