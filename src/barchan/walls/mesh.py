@@ -11,10 +11,14 @@ from barchan.errors import SceneError
 from barchan.kernels.feet import measure_mesh
 from barchan.kernels.meshes import Course, Nearby, near_mesh
 from barchan.kernels.triangles import distances_mesh
+from barchan.walls.mesh_file import read_triangles
 from barchan.walls.triangulation import triangulation
 from barchan.walls.turning import turned
 from barchan.walls.wall import Wall
 from barchan.words import shown
+
+#: A mesh may be as many times as large as the box, or as small.
+_ABSURD = 300.0
 
 
 class Mesh(Wall):
@@ -68,6 +72,25 @@ class Mesh(Wall):
         self._listed, self._patch, self._rooms = None, None, None
         self.settle()
 
+    @classmethod
+    def read(cls, path, unit, **given):
+        """A mesh from an STL, OBJ or PLY file; it needs the package trimesh.
+
+        Args:
+            path: of the file.
+            unit: of its lengths: "m", "cm", "mm", "um", "in" or "ft", in a scene in SI units, or a number, its length in those
+                of the scene. Files do not tell it.
+            given: what else a mesh takes, such as ``inside`` and ``material``.
+
+        Raises:
+            SceneError: the file cannot be read, or holds no mesh; naming it.
+        """
+        vertices, triangles = read_triangles(path, unit)
+        try:
+            return cls(vertices, triangles, **given)
+        except SceneError as error:
+            raise SceneError(f"'{path}': {error}") from None
+
     @property
     def is_closed(self):
         """True if it has no holes; then it has a front and a back."""
@@ -98,7 +121,7 @@ class Mesh(Wall):
         return sqrt(float((self._velocity**2).sum())) + sqrt(float((self._omega**2).sum())) * farthest
 
     def check(self, box, name):
-        """Refuse a mesh in two dimensions.
+        """Refuse a mesh in two dimensions, and one of absurd size.
 
         Raises:
             SceneError: saying so.
@@ -108,6 +131,12 @@ class Mesh(Wall):
         period = np.where(box.periodic, box.length, 0.0)
         if (period != self._period).any():
             self._mesh, self._period = triangulation(*self._given, period), period
+        extent, room = (float(np.ptp(corners, axis=0).max()) for corners in (self._corners, np.stack([box.low, box.high])))
+        if not 1.0 / _ABSURD < extent / room < _ABSURD:
+            raise SceneError(
+                f"{name}: it extends over {extent:g} [length] and the box over {room:g}: is its unit right? A drawing in "
+                f"millimetres that is taken for one in metres is 1000 times too large"
+            )
 
     def settle(self):
         """Start from parameters that were set anew."""
