@@ -1,5 +1,7 @@
 """Meshes: where grains touch them, in closed form; how many contacts there are; no grain goes through; no mesh that is none."""
 
+import sys
+
 import meshes
 import numpy as np
 import pytest
@@ -7,7 +9,8 @@ from scenes import NOTHING, SOFT, fingerprint, simulation
 
 import barchan as bc
 from barchan.errors import OverlapError, SceneError
-from barchan.measure import contact_table
+from barchan.measure import contact_table, triangle_forces
+from barchan.parallel import virtual_ranks
 
 pytestmark = pytest.mark.filterwarnings("ignore:step .* overlap by more than")
 
@@ -315,3 +318,22 @@ SOFTER = {"kn": 1000.0, "kt": 300.0, "friction": 0.0}
 def test_what_is_no_mesh_is_refused(make, message):
     with pytest.raises(SceneError, match=message):
         make()
+
+
+def test_forces_on_triangles_are_told_one_by_one(monkeypatch):
+    """Three grains on known faces of a cube; their sum is the force on the mesh, on several ranks, too."""
+
+    def program():
+        mesh = bc.Mesh(*CUBE)
+        sim = touching(mesh, (9, 11, 12.47), (11, 9, 12.48), (12.47, 10.5, 9))
+        return triangle_forces(sim, mesh), mesh.force
+
+    expected = np.zeros((12, 3))
+    expected[[2, 3, 10, 11]] = np.nan  # on faces z = 12 and x = 12, either of two triangles
+    for ranks, at_a_time in ((1, 10_000), (2, 10_000), (1, 5)):
+        monkeypatch.setattr(sys.modules["barchan.measure.triangle_forces"], "AT_A_TIME", at_a_time)
+        forces, force = virtual_ranks(ranks, program)[-1]
+        np.testing.assert_allclose(forces.sum(axis=0), force, atol=1e-12)
+        assert not forces[np.isfinite(expected).all(axis=1)].any()
+        np.testing.assert_allclose(np.sort(forces[[2, 3], 2]), [-30.0, -20.0])
+        assert sorted(forces[[10, 11], 0]) == pytest.approx([-30.0, 0.0])

@@ -110,6 +110,11 @@ class Mesh(Wall):
         return places
 
     @property
+    def touched(self):
+        """The triangle on which each of its listed contacts on this rank would be, by number."""
+        return self._mesh.order[self._listed.triangle[self._rooms[2][:, 0]]]
+
+    @property
     def _axes(self):
         """Its axes, a row each."""
         return np.stack([self._axis_x, self._axis_y, np.cross(self._axis_x, self._axis_y)])
