@@ -11,7 +11,7 @@ from barchan.materials import Material
 from barchan.simulation import Simulation
 from barchan.triggers import At, Every
 from barchan.version import VERSION
-from barchan.walls import Cone, Cylinder, Plane, Sphere
+from barchan.walls import Cone, Cylinder, Mesh, Plane, Sphere
 
 __version__ = VERSION
 
@@ -29,6 +29,7 @@ __all__ = [
     "Inlet",
     "Law",
     "Material",
+    "Mesh",
     "Outlet",
     "Plane",
     "Property",

@@ -252,11 +252,11 @@ class Assembly:
             SceneError: it is no wall, or is in a scene already, this one or another.
         """
         if not isinstance(wall, Wall):
-            raise SceneError(f"add_wall: {shown(wall)} is no wall; give a barchan.Plane, Cylinder, Sphere or Cone")
+            raise SceneError(f"add_wall: {shown(wall)} is no wall; give a barchan.Plane, Cylinder, Sphere, Cone or Mesh")
         if wall.key:
-            raise SceneError(f"add_wall: this {wall.kind} is wall {-1 - wall.key} of a scene already; make another one")
+            raise SceneError(f"add_wall: this {wall.kind} is wall {wall.number} of a scene already; make another one")
         self._admit(wall, len(self.walls))
-        wall.admit(self.loads, -1 - len(self.walls))
+        wall.admit(self.loads, len(self.walls), -1 - sum(other.patches for other in self.walls))
         self.begin_change()
         self.walls.append(wall)
         self._primed = False

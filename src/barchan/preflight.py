@@ -409,12 +409,17 @@ def bad_force(sim):
     )
 
 
+def wall_of(walls, key):
+    """The wall that has a key."""
+    return next(wall for wall in walls if wall.key >= key > wall.key - wall.patches)
+
+
 def too_large_overlap(sim):
     """The error for the deepest contact above ``max_overlap``."""
     table = contact_table(sim, all_ranks=False)
     deepest = int(np.argmax(table["relative_overlap"]))
     first, second = table["first"][deepest], table["second"][deepest]
-    partner = f"grain {second}" if second >= 0 else f"wall {-second - 1}"
+    partner = f"grain {second}" if second >= 0 else f"wall {wall_of(sim.walls, second).number}"
     return OverlapError(
         f"grain {first} and {partner} at {table['point'][deepest].tolist()}, step {sim.step_number}: overlap "
         f"{table['overlap'][deepest]:g} [length] is {100 * table['relative_overlap'][deepest]:.1f} % of the smaller "

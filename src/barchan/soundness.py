@@ -150,7 +150,7 @@ def _contact_fault(about, ids, contacts):
     if fault:
         return fault
     keys, owners = contacts.keys, np.repeat(np.arange(len(ids)), np.diff(contacts.start))
-    unknown = (keys < -len(about["walls"])) | (keys >= about["next_id"]) | (keys == ids[owners])
+    unknown = (keys < -_keys_of(about["walls"])) | (keys >= about["next_id"]) | (keys == ids[owners])
     if unknown.any():
         row = int(np.argmax(unknown))
         return f"grain {ids[owners[row]]} has a contact with {keys[row]}, which is no other grain and no wall"
@@ -159,6 +159,12 @@ def _contact_fault(about, ids, contacts):
         row = int(np.argmax(twice))
         return f"grain {ids[owners[row]]} remembers its contact with grain {keys[row]}, whose is the smaller id"
     return None
+
+
+def _keys_of(walls):
+    """How many keys walls have."""
+    counts = [wall.get("patches", 1) for wall in walls]
+    return sum(count for count in counts if type(count) is int and count > 0)
 
 
 def _rows_fault(what, ids, rows, width):
@@ -234,8 +240,12 @@ def value_fault(state, walls):
     if not (_alike(gravity, {"hash": ""}) or _alike(gravity, {"value": [0.0, 0.0, 0.0]})):
         return "gravity is neither three finite numbers nor a function"
     for number, (there, here) in enumerate(zip(state.about["walls"], walls)):
-        units = [there[name] for name in ("normal", "half", "axis") if name in there] if _alike(there, here) else [[0.0]]
-        if any(abs(sum(n**2 for n in unit) - 1.0) > 1e-9 for unit in units) or there["key"] != here["key"]:
+        units = (
+            [there[name] for name in ("normal", "half", "axis", "axis_x", "axis_y") if name in there]
+            if _alike(there, here)
+            else [[0.0]]
+        )
+        if any(abs(sum(n**2 for n in unit) - 1.0) > 1e-9 for unit in units) or _keys(there) != _keys(here):
             return f"wall {number} is not described as a {here['kind']} is"
         small = [name for name in ("radius", "radius_low", "radius_high", "length") if there.get(name, 1.0) < 0.0]
         if small or there.get("radius", 1.0) == 0.0:
@@ -263,6 +273,10 @@ def _stretch_fault(box, stretched):
     return None
 
 
+def _keys(wall):
+    return wall["key"], wall.get("patches", 1)
+
+
 def _alike(there, here):
     """True if plain data has the form of other data: keys, lengths, types; numbers must be finite."""
     if isinstance(here, dict):
@@ -277,7 +291,8 @@ def _alike(there, here):
 def _named(wall):
     """What a script says of a wall that no run changes."""
     control = wall.get("control") if isinstance(wall.get("control"), dict) else {}
-    return wall.get("kind"), wall.get("material"), *([control.get("kind"), control.get("given")] if control else [])
+    shape = [wall["mesh"]] if "mesh" in wall else []
+    return wall.get("kind"), wall.get("material"), *shape, *([control.get("kind"), control.get("given")] if control else [])
 
 
 def foreign(there, here):

@@ -146,7 +146,7 @@ def follow_rows(origin, new_row):
 
 @kernel()
 def list_remembered(first, second, wall_grain, wall_key, slot, block, rows):
-    """Write the contacts that touch into ``rows`` (3, ...): both rows of a pair, or the row and the number of the wall, and
+    """Write the contacts that touch into ``rows`` (3, ...): both rows of a pair, or the row and -1 - the key of the wall, and
     the column of its memory. ``slot`` becomes the number of each among them.
 
     Returns:
@@ -212,14 +212,18 @@ def find_pairs_again(n_pairs, rows, new_row, offsets, first, second, slot, moved
 
 
 @kernel()
-def find_walls_again(begin, end, rows, new_row, wall_begin, wall_grain, n_pairs, slot, moved):
+def find_walls_again(begin, end, rows, new_row, wall_of_key, wall_begin, wall_grain, wall_key, n_pairs, slot, moved):
     """The same for contacts at walls, ``begin`` to ``end`` of the old ones; new ones are numbered from ``n_pairs`` on, those of
-    wall w are ``wall_begin[w]`` to ``wall_begin[w + 1]``, with ascending rows."""
+    wall w are ``wall_begin[w]`` to ``wall_begin[w + 1]``, with ascending rows, and of a row with descending keys.
+    ``wall_of_key``: the wall that has key -1 - k."""
     for t in range(begin, end):
-        row, wall = new_row[rows[0, t]], rows[1, t]
-        new = row_of(row, wall_begin[wall], wall_begin[wall + 1], wall_grain)
+        row, key = new_row[rows[0, t]], -1 - np.int64(rows[1, t])
+        wall = wall_of_key[rows[1, t]]
+        new, last = row_of(row, wall_begin[wall], wall_begin[wall + 1], wall_grain), wall_begin[wall + 1]
+        while new < last and wall_grain[new] == row and wall_key[new] != key:
+            new += 1
         moved[t] = NOWHERE
-        if new < wall_begin[wall + 1] and wall_grain[new] == row:
+        if new < last and wall_grain[new] == row:
             slot[n_pairs + new] = rows[2, t]
             moved[t] = n_pairs + new
 

@@ -12,7 +12,8 @@ def contact_table(sim, all_ranks=True):
         all_ranks: gather the contacts of all ranks on every rank.
 
     Returns:
-        A dict of arrays, one row a contact: ``first`` (id), ``second`` (id, or the negative key of a wall: -1 - number),
+        A dict of arrays, one row a contact: ``first`` (id), ``second`` (id, or the negative key of a wall, ``wall.key``, and
+        of a mesh those below, one for each of its ``patches``),
         ``overlap`` [length], ``relative_overlap`` (to the smaller diameter), ``force`` (k, 3) on the first [force],
         ``point`` (k, 3) in the middle of the overlap [length], ``memory`` (k, width) of the law.
 

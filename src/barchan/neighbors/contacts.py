@@ -41,7 +41,7 @@ class Setting(NamedTuple):
 class Remembered(NamedTuple):
     """The contacts that touched, while their list is replaced: see ``kernels.history``.
 
-    ``rows``: (3, ...) both rows, or row and number of a wall, and column, of ``count`` contacts of which ``n_pairs`` are pairs.
+    ``rows``: (3, ...) both rows, or row and -1 - key of a wall, and column, of ``count`` contacts of which ``n_pairs`` are pairs.
     ``entries``: from ``begin[i]`` to ``begin[i + 1]`` those of grain i, as 2 * contact + side, in the order of its sum.
     ``moved``: room for their new numbers. ``columns``: how many are in use. ``strangers``: rows of ghosts and of grains that
     leave, and ``ids`` of these. ``n_rows``: of all grains and ghosts.
@@ -188,7 +188,9 @@ class Contacts:
         self._wall_begin = np.cumsum([0, *(len(rows) for rows in found)])
         self.wall_ranges = list(zip(self._wall_begin[:-1].tolist(), self._wall_begin[1:].tolist()))
         self.wall_grain = np.concatenate([np.zeros(0, dtype=np.uint32), *found]).astype(np.uint32)
-        self.wall_key = np.repeat(np.array([wall.key for wall in walls], dtype=np.int64), np.diff(self._wall_begin))
+        keys = (wall.keys(rows) for wall, rows in zip(walls, found))
+        self.wall_key = np.concatenate([np.zeros(0, dtype=np.int64), *keys])
+        self._wall_of_key = np.repeat(np.arange(len(walls), dtype=np.uint32), [wall.patches for wall in walls])
         self.wall_material = np.repeat(np.array([wall.material for wall in walls], dtype=np.uint32), np.diff(self._wall_begin))
         self.surface = np.empty((11, len(self.wall_grain)))
         self._fresh_at_walls = np.empty((self.history_width, len(self.wall_grain)))
@@ -204,7 +206,7 @@ class Contacts:
         self._make_columns(known.columns - 1 + len(rows.keys))
         new_row, pairs = self._new_rows(known, origin), (self._offsets, self.first, self.second)
         history_kernels.find_pairs_again(known.n_pairs, known.rows, new_row, *pairs, self.slot, known.moved)
-        at_walls = (self._wall_begin, self.wall_grain, self.n_pairs)
+        at_walls = (self._wall_of_key, self._wall_begin, self.wall_grain, self.wall_key, self.n_pairs)
         history_kernels.find_walls_again(known.n_pairs, known.count, known.rows, new_row, *at_walls, self.slot, known.moved)
         self.changed = np.zeros(len(self._ids), dtype=np.uint8)
         lists = (self.start, self.touched, self.changed, self.incidence)
@@ -312,6 +314,11 @@ class Contacts:
         pairs = (parts, self.first, self.second, np.uint32(grains.n))
         frame = (setting.frame.length, setting.frame.half, setting.frame.rate)
         return loops.pair_forces(*pairs, *self._what_acts(grains, setting), *rooms, *frame, *_limits(setting))
+
+    def memory_at_walls(self, begin):
+        """Where the memory of contacts with walls is, from contact ``begin`` among them on: number of the first among all
+        contacts, its column, and ``slot``, ``history`` and ``changed``."""
+        return self.n_pairs + begin, self._wall_column + 1 + begin, self.slot, self.history, self.changed
 
     def compute_walls(self, loops, grains, setting):
         """Forces of contacts at walls, which come last; takes and returns what ``compute_pairs`` does."""

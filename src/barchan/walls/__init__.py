@@ -3,6 +3,7 @@ walls too."""
 
 from barchan.walls.control import Control, ForceControl, Massive, Path, Proportional, Servo, Vibration, between
 from barchan.walls.curved import Cone, Cylinder, Sphere
+from barchan.walls.mesh import Mesh
 from barchan.walls.plane import Plane
 from barchan.walls.room import Room
 
@@ -12,6 +13,7 @@ __all__ = [
     "Cylinder",
     "ForceControl",
     "Massive",
+    "Mesh",
     "Path",
     "Plane",
     "Proportional",

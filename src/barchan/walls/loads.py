@@ -49,13 +49,13 @@ class Loads:
         """
         if self._loads is None and self._is_known:
             self._loads = self._sum_loads()
-        return self._known(self._loads)[-1 - wall.key]
+        return self._known(self._loads)[wall.number]
 
     def response_of(self, wall):
         """The ``Response`` of one of the walls; all ranks must ask. Raises what ``of`` raises."""
         if self._responses is None and self._is_known:
             self._responses = self._sum_responses()
-        return self._known(self._responses)[-1 - wall.key]
+        return self._known(self._responses)[wall.number]
 
     def keep(self):
         """Sum them now, if forces are those of the present state: the list of contacts may be put away. All ranks must call."""

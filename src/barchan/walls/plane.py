@@ -1,11 +1,12 @@
 """A flat wall without end."""
 
-from math import cos, inf, sin, sqrt
+from math import inf, sqrt
 
 import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.planes import measure_plane, near_plane
+from barchan.walls.turning import turned
 from barchan.walls.wall import PUSH, Direction, Wall, without_faces
 
 
@@ -77,7 +78,7 @@ class Plane(Wall):
         self._point = self._point + dt * self._velocity
         self._half = self._normal
         if self._omega.any():
-            self._half, self._normal = (_turned(self._normal, self._omega * time) for time in (0.5 * dt, dt))
+            self._half, self._normal = (turned(self._normal, self._omega * time) for time in (0.5 * dt, dt))
 
     def move_to(self, point):
         """The same for a steady one, where it was computed elsewhere."""
@@ -113,13 +114,3 @@ class Plane(Wall):
         """Fill the surface rows of its contacts ``begin`` to ``end``, for a step of ``dt``."""
         shape = (self._point, self._normal, self._half, self._velocity, self._omega)
         measure_plane(contacts.wall_grain, grains.block("place"), begin, end, *shape, contacts.surface)
-
-
-def _turned(vector, rotation):
-    """A unit vector turned by a rotation vector (Rodrigues' formula), of length 1 again."""
-    angle = sqrt(float(rotation @ rotation))
-    if angle == 0.0:
-        return vector
-    axis = rotation / angle
-    turned = cos(angle) * vector + sin(angle) * np.cross(axis, vector) + (1.0 - cos(angle)) * (axis @ vector) * axis
-    return turned / sqrt(float(turned @ turned))

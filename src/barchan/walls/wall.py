@@ -115,16 +115,19 @@ class Wall:
     ``edited`` tells the scene that a parameter was set.
     """
 
-    __slots__ = ("_control", "_loads", "_material", "_omega", "_point", "_velocity", "edited", "key")
+    __slots__ = ("_control", "_loads", "_material", "_omega", "_point", "_velocity", "edited", "key", "number")
 
     #: What a user calls it, and the names of what ``state`` keeps of it.
     kind, parts = "wall", ("point", "velocity", "omega")
+
+    #: How many contacts a grain may have with it, each with a key of its own: ``key``, and those below.
+    patches = 1
 
     point, velocity, omega = Vector("length"), Vector("length/time"), Vector("1/time")
 
     def __init__(self, point, material, velocity, omega):
         self.point, self.velocity, self.omega, self.material = point, velocity, omega, material
-        self.key, self.control, self._loads = 0, None, None
+        self.key, self.number, self.control, self._loads = 0, 0, None, None
 
     @property
     def material(self):
@@ -190,9 +193,13 @@ class Wall:
         """In how many steps from ``step`` on it only moves on as it does, so that compiled code can move it."""
         return 0
 
-    def admit(self, loads, key):
-        """Take it into a scene."""
-        self._loads, self.key = loads, key
+    def admit(self, loads, number, key):
+        """Take it into a scene: it is wall ``number`` there, and ``key`` is the first of its keys."""
+        self._loads, self.number, self.key = loads, number, key
+
+    def keys(self, rows):
+        """The key of each candidate that was found last."""
+        return np.full(len(rows), self.key)
 
     def drive(self, velocity):
         """Move with this velocity from now on, three numbers [length/time]: for controls; to users a change would be an edit."""

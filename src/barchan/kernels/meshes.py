@@ -1,0 +1,152 @@
+"""How meshes move, and which of their triangles are near which grains."""
+
+from math import ceil, floor, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.triangles import beside_box, nearest_of
+
+
+class Nearby(NamedTuple):
+    """Triangles near grains since the list was made. ``group`` (grains + 1,): where the contacts of each grain begin; ``entry``
+    (contacts + 1,): where the triangles of each begin; ``triangle`` (entries,); ``image`` (entries, 3): in which image of the
+    mesh across periodic faces; ``then`` (grains, 3): where the grains were."""
+
+    group: np.ndarray
+    entry: np.ndarray
+    triangle: np.ndarray
+    image: np.ndarray
+    then: np.ndarray
+
+
+class Course(NamedTuple):
+    """How a mesh moves. ``now``, ``half``, ``before`` (4, 3): its three axes and its point in this step, half a step and a step
+    before; ``drive`` (6,): velocity and angular velocity; ``turned``: how far its rotation took any of it in the last step at
+    most; ``dt``: that step; ``period``, ``half_period`` (3,) of the box: 0 and inf where it is not periodic."""
+
+    now: np.ndarray
+    half: np.ndarray
+    before: np.ndarray
+    drive: np.ndarray
+    turned: float
+    dt: float
+    period: np.ndarray
+    half_period: np.ndarray
+
+
+@helper
+def into(pose, x, y, z):
+    """A vector in the frame of a mesh."""
+    return (
+        x * pose[0, 0] + y * pose[0, 1] + z * pose[0, 2],
+        x * pose[1, 0] + y * pose[1, 1] + z * pose[1, 2],
+        x * pose[2, 0] + y * pose[2, 1] + z * pose[2, 2],
+    )
+
+
+@helper
+def out_of(pose, x, y, z):
+    """A vector from the frame of a mesh."""
+    return (
+        x * pose[0, 0] + y * pose[1, 0] + z * pose[2, 0],
+        x * pose[0, 1] + y * pose[1, 1] + z * pose[2, 1],
+        x * pose[0, 2] + y * pose[1, 2] + z * pose[2, 2],
+    )
+
+
+@helper
+def way_of(motion, i, course):
+    """Bound on how far a grain went relative to the mesh in the last step."""
+    square = 0.0
+    for c in range(3):
+        step = course.dt * motion[i, c] - (course.now[3, c] - course.before[3, c])
+        square += step * step
+    return sqrt(square) + course.turned
+
+
+@helper
+def images(along, low, high, radius, period):
+    """First and last image along an axis that may be nearer than ``radius`` to a place ``along`` from the mesh's point."""
+    if period == 0.0:
+        return 0, 0
+    return np.int64(ceil((along - high - radius) / period)), np.int64(floor((along - low + radius) / period))
+
+
+@kernel(parallel=True)
+def near_mesh(place, motion, frozen, course, extent, reach, shape, tree, begin, triangle, image, counts):
+    """Count the triangles nearer to the surface of each grain than ``reach``, or within the way that it came in the last step;
+    where there is room, list them and their image from ``begin`` on, by patch. ``counts``, ``triangle``, ``image`` are modified.
+
+    Args:
+        extent: (2, 3) lowest and highest corner of a box around the mesh, from its point.
+    """
+    for i in prange(counts.shape[0]):
+        count = 0
+        if frozen[i] == 0:
+            radius = max(place[i, 3] + reach, 1.001 * way_of(motion, i, course))
+            dx, dy, dz = place[i, 0] - course.now[3, 0], place[i, 1] - course.now[3, 1], place[i, 2] - course.now[3, 2]
+            ax, bx = images(dx, extent[0, 0], extent[1, 0], radius, course.period[0])
+            ay, by = images(dy, extent[0, 1], extent[1, 1], radius, course.period[1])
+            az, bz = images(dz, extent[0, 2], extent[1, 2], radius, course.period[2])
+            for number in range((bx - ax + 1) * (by - ay + 1) * (bz - az + 1)):
+                mx = ax + number % (bx - ax + 1)
+                my = ay + number // (bx - ax + 1) % (by - ay + 1)
+                mz = az + number // ((bx - ax + 1) * (by - ay + 1))
+                x, y, z = dx - mx * course.period[0], dy - my * course.period[1], dz - mz * course.period[2]
+                x, y, z = into(course.now, x, y, z)
+                node = 0
+                while node < tree.skip.shape[0]:
+                    if beside_box(tree, node, x, y, z) >= radius * radius:
+                        node = tree.skip[node]
+                        continue
+                    for t in range(tree.first[node], tree.first[node] + tree.count[node]):
+                        if nearest_of(shape, t, x, y, z)[0] < radius:
+                            if triangle.shape[0] > 0:
+                                place_by_patch(begin[i], count, t, mx, my, mz, shape.patch, triangle, image)
+                            count += 1
+                    node += 1
+        counts[i] = count
+
+
+@helper
+def place_by_patch(begin, count, t, mx, my, mz, patch, triangle, image):
+    """Put a triangle among ``count`` others, after those of its patch and of lower ones."""
+    e = begin + count
+    while e > begin and patch[triangle[e - 1]] > patch[t]:
+        triangle[e] = triangle[e - 1]
+        for c in range(3):
+            image[e, c] = image[e - 1, c]
+        e -= 1
+    triangle[e] = t
+    image[e, 0], image[e, 1], image[e, 2] = mx, my, mz
+
+
+@helper
+def across(nearby, course, place, i, g, e, c):
+    """Coordinate ``c`` of a grain from the point of the image of the mesh that entry ``e`` is in: the same bits whenever it was
+    listed."""
+    number, went = nearby.image[e, c], place[i, c] - nearby.then[g, c]
+    number += 1 if went > course.half_period[c] else 0
+    number -= 1 if went < -course.half_period[c] else 0
+    return (place[i, c] - course.now[3, c]) - number * course.period[c]
+
+
+@helper
+def from_image(nearby, course, place, i, g, e):
+    """Place of a grain from the point of that image."""
+    return (
+        across(nearby, course, place, i, g, e, 0),
+        across(nearby, course, place, i, g, e, 1),
+        across(nearby, course, place, i, g, e, 2),
+    )
+
+
+@helper
+def a_step_before(course, motion, i, dx, dy, dz):
+    """The same a step before, in the frame of the mesh as it was then."""
+    dx = dx - course.dt * motion[i, 0] + (course.now[3, 0] - course.before[3, 0])
+    dy = dy - course.dt * motion[i, 1] + (course.now[3, 1] - course.before[3, 1])
+    dz = dz - course.dt * motion[i, 2] + (course.now[3, 2] - course.before[3, 2])
+    return into(course.before, dx, dy, dz)

@@ -1,0 +1,258 @@
+"""Walls of triangles."""
+
+from hashlib import sha256
+from itertools import product
+from math import cos, radians, sqrt
+
+import numpy as np
+
+from barchan.domain import numbers
+from barchan.errors import SceneError
+from barchan.kernels.feet import measure_mesh
+from barchan.kernels.meshes import Course, Nearby, near_mesh
+from barchan.kernels.triangles import distances_mesh
+from barchan.walls.mesh_file import read_triangles
+from barchan.walls.triangulation import triangulation
+from barchan.walls.turning import turned
+from barchan.walls.wall import Wall
+from barchan.words import shown
+
+#: A mesh may be as many times as large as the box, or as small.
+_ABSURD = 300.0
+
+
+class Mesh(Wall):
+    """Triangles. Grains touch a closed mesh from outside, or from ``inside``, and one with holes, a sheet, from both sides.
+
+    A grain touches it where it is nearest. On a smooth surface, whose triangles meet at less than ``feature_angle``, there is one
+    contact, whose memory goes along over edges and vertices, and over sharper ones that stick out, too. In corners that go in
+    there is one for each side. A grain whose centre goes through ends the run, however fast it is, if ``max_overlap`` is below
+    0.5. To the law all triangles are flat: what curvature they stand for is not known.
+
+    Args:
+        vertices: (v, 3) [length].
+        triangles: (t, 3) whole numbers: the vertices of each, from 0.
+        inside: True if grains are inside of a closed mesh.
+        feature_angle: between 0 and 90 degrees; by default prisms of more than nine sides are smooth.
+        material: name of its material.
+        velocity: of the wall [length/time].
+        omega: angular velocity about ``point`` [1/time].
+        point: about which it turns; by default the middle of its extent [length].
+
+    Raises:
+        SceneError: what is given is no mesh, or no closed one where it has to be.
+    """
+
+    __slots__ = (
+    "_axis_x", "_axis_y", "_before", "_corners", "_dt", "_given", "_half", "_listed", "_made_of", "_mesh", "_patch",
+    "_period", "_rooms", "feature_angle", "inside",
+    )  # fmt: skip
+
+    kind, parts = "mesh", ("point", "axis_x", "axis_y", "velocity", "omega")
+
+    def __init__(
+        self, vertices, triangles, inside=False, feature_angle=40.0, material=0, velocity=(0, 0, 0), omega=(0, 0, 0), point=None
+    ):
+        vertices = numbers("mesh: vertices", vertices, "length")
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices) or not np.isfinite(vertices).all():
+            raise SceneError(f"mesh: vertices have shape {vertices.shape}; they must be (v, 3) finite numbers [length]")
+        if not isinstance(inside, (bool, np.bool_)):
+            raise SceneError(f"mesh: inside = {shown(inside)} must be True (grains are inside) or False")
+        self.inside, self.feature_angle = bool(inside), _angle(feature_angle)
+        middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+        super().__init__(middle if point is None else point, material, velocity, omega)
+        own = vertices - self._point
+        self._given, self._period = (own, triangles, self.feature_angle, self.inside), np.zeros(3)
+        self._mesh = triangulation(*self._given, self._period)
+        self._made_of = sha256(
+            repr((own.tolist(), np.asarray(triangles).tolist(), inside, self.feature_angle)).encode()
+        ).hexdigest()
+        self._corners = np.stack(np.meshgrid(*zip(own.min(axis=0), own.max(axis=0)), indexing="ij"), axis=-1).reshape(-1, 3)
+        self._axis_x, self._axis_y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+        self._listed, self._patch, self._rooms = None, None, None
+        self.settle()
+
+    @classmethod
+    def read(cls, path, unit, **given):
+        """A mesh from an STL, OBJ or PLY file; it needs the package trimesh.
+
+        Args:
+            path: of the file.
+            unit: of its lengths: "m", "cm", "mm", "um", "in" or "ft", in a scene in SI units, or a number, its length in those
+                of the scene. Files do not tell it.
+            given: what else a mesh takes, such as ``inside`` and ``material``.
+
+        Raises:
+            SceneError: the file cannot be read, or holds no mesh; naming it.
+        """
+        vertices, triangles = read_triangles(path, unit)
+        try:
+            return cls(vertices, triangles, **given)
+        except SceneError as error:
+            raise SceneError(f"'{path}': {error}") from None
+
+    @property
+    def is_closed(self):
+        """True if it has no holes; then it has a front and a back."""
+        return bool(self._mesh.shape.solid)
+
+    @property
+    def patches(self):
+        """How many contacts a grain may have with it, each with a key of its own."""
+        return len(self._mesh.shape.surface)
+
+    @property
+    def places(self):
+        """The corners of its triangles where they are now, (t, 3, 3) [length]."""
+        shape, order = self._mesh.shape, self._mesh.order
+        places = np.empty((len(order), 3, 3))
+        places[order] = shape.vertices[shape.corners] @ self._axes + self._point
+        return places
+
+    @property
+    def touched(self):
+        """The triangle on which each of its listed contacts on this rank would be, by number."""
+        return self._mesh.order[self._listed.triangle[self._rooms[2][:, 0]]]
+
+    @property
+    def _axes(self):
+        """Its axes, a row each."""
+        return np.stack([self._axis_x, self._axis_y, np.cross(self._axis_x, self._axis_y)])
+
+    @property
+    def speed(self):
+        """Bound on how fast it approaches anything [length/time]."""
+        farthest = sqrt(float((self._corners**2).sum(axis=1).max())) if self._omega.any() else 0.0
+        return sqrt(float((self._velocity**2).sum())) + sqrt(float((self._omega**2).sum())) * farthest
+
+    def check(self, box, name):
+        """Refuse a mesh in two dimensions, and one of absurd size.
+
+        Raises:
+            SceneError: saying so.
+        """
+        if box.dimension == 2:
+            raise SceneError(f"{name}: a mesh needs three dimensions, the box has two; use planes, cylinders and cones there")
+        period = np.where(box.periodic, box.length, 0.0)
+        if (period != self._period).any():
+            self._mesh, self._period = triangulation(*self._given, period), period
+        extent, room = (float(np.ptp(corners, axis=0).max()) for corners in (self._corners, np.stack([box.low, box.high])))
+        if not 1.0 / _ABSURD < extent / room < _ABSURD:
+            raise SceneError(
+                f"{name}: it extends over {extent:g} [length] and the box over {room:g}: is its unit right? A drawing in "
+                f"millimetres that is taken for one in metres is 1000 times too large"
+            )
+
+    def settle(self):
+        """Start from parameters that were set anew."""
+        self._before, self._half, self._dt = self.place, self._axes, 0.0
+
+    def move(self, dt):
+        """Take the wall to the next step."""
+        self._before, self._dt = self.place, dt
+        self._point = self._point + dt * self._velocity
+        if self._omega.any():
+            x, y = self._axis_x, self._axis_y
+            (self._axis_x, self._axis_y) = _turned(x, y, 0.5 * dt * self._omega)
+            self._half = self._axes
+            (self._axis_x, self._axis_y) = _turned(x, y, dt * self._omega)
+        else:
+            self._half = self._before[1]
+
+    def restore(self, state):
+        """Take up what ``state`` returned, to the bit.
+
+        Raises:
+            SceneError: a parameter is of the wrong kind.
+        """
+        super().restore(state)
+        if abs(self._axis_x @ self._axis_y) > 1e-9:
+            raise SceneError(f"mesh: its axes {self._axis_x.tolist()} and {self._axis_y.tolist()} are not at right angles")
+        self.settle()
+
+    def state(self):
+        """What a checkpoint keeps, as plain data."""
+        return super().state() | {"patches": self.patches, "mesh": self._made_of}
+
+    @property
+    def place(self):
+        """Where it is, for ``travel``."""
+        return self._point.copy(), self._axes
+
+    def travel(self, then):
+        """How far it has come since ``place`` was ``then``: along x, -x, y, -y, z, -z, and the largest [length]."""
+        point, axes = then
+        way = np.broadcast_to(self._point - point, (1, 3))
+        if (axes != self._axes).any():
+            way = way + self._corners @ (self._axes - axes)
+        return np.stack([way.max(axis=0), -way.min(axis=0)], axis=1).ravel(), sqrt(float((way**2).sum(axis=1).max()))
+
+    def distance(self, position):
+        """Distance of points (k, 3) from the wall [length], (k,): negative inside a closed one, or outside where grains are
+        inside."""
+        nearest, one = np.full(len(position), np.inf), np.empty(len(position))
+        periods = [(-period, 0.0, period) if period else (0.0,) for period in self._period.tolist()]
+        for image in product(*periods):
+            distances_mesh((position - self._point + image) @ self._axes.T, self._mesh.shape, self._mesh.tree, one)
+            nearest = np.where(np.abs(one) < np.abs(nearest), one, nearest)
+        return nearest
+
+    def candidates(self, grains, reach):
+        """Owned rows that may touch the wall before the next rebuild, ascending, each once for every patch."""
+        corners = self._corners @ self._axes
+        state = (grains.block("place"), grains.block("motion"), grains.block("frozen"), self._course(self._dt))
+        where = (*state, np.stack([corners.min(axis=0), corners.max(axis=0)]), reach, self._mesh.shape, self._mesh.tree)
+        counts, begin = np.empty(grains.n, dtype=np.int64), np.zeros(grains.n + 1, dtype=np.int64)
+        near_mesh(*where, begin, np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.int64), counts)
+        np.cumsum(counts, out=begin[1:])
+        triangle, image = np.empty(begin[-1], dtype=np.int64), np.empty((begin[-1], 3), dtype=np.int64)
+        if len(triangle):
+            near_mesh(*where, begin, triangle, image, counts)
+        row, patch = np.repeat(np.arange(grains.n), counts), self._mesh.shape.patch[triangle]
+        entry = np.flatnonzero(np.append(True, (np.diff(row) != 0) | (np.diff(patch) != 0))[: len(row)])
+        rows, self._patch = row[entry], patch[entry]
+        group = np.flatnonzero(np.append(True, np.diff(rows) != 0)[: len(rows)])
+        then = state[0][rows[group], :3]
+        self._listed = Nearby(np.append(group, len(rows)), np.append(entry, len(row)), triangle, image, then)
+        count = len(rows)
+        self._rooms = (np.empty(len(row)), np.empty((count, 4)), *(np.empty(n, dtype=np.int64) for n in ((count, 2), count)))
+        return rows.astype(np.uint32)
+
+    def keys(self, rows):
+        """The key of each candidate that was found last."""
+        return self.key - self._patch
+
+    def measure(self, contacts, grains, dt, begin, end):
+        """Fill the surface rows of its contacts ``begin`` to ``end``, for a step of ``dt``."""
+        if begin < end:
+            number, column, *memory = contacts.memory_at_walls(begin)
+            what = (grains.block("place"), grains.block("motion"), begin, number, column, self._listed, self._course(dt))
+            cosine = cos(radians(self.feature_angle))
+            measure_mesh(contacts.wall_grain, *what, self._mesh.shape, cosine, *self._rooms, *memory, contacts.surface)
+
+    def _course(self, dt):
+        point, axes = self._before
+        now = self._axes
+        turned_by = np.sqrt(((self._corners @ (now - axes)) ** 2).sum(axis=1)).max() if self._omega.any() else 0.0
+        poses = [
+            np.vstack([rows, where]) for rows, where in ((now, self._point), (self._half if dt else now, point), (axes, point))
+        ]
+        half_period = np.where(self._period > 0.0, 0.5 * self._period, np.inf)
+        return Course(*poses, np.append(self._velocity, self._omega), float(turned_by), float(dt), self._period, half_period)
+
+
+def _angle(angle):
+    try:
+        number = float(angle)
+    except (TypeError, ValueError, OverflowError):
+        number = float("nan")
+    if not 0.0 < number < 90.0:
+        raise SceneError(f"mesh: feature_angle = {shown(angle)} [degrees] must be between 0 and 90")
+    return number
+
+
+def _turned(x, y, rotation):
+    """Two axes of a frame turned by a rotation vector, at right angles again."""
+    x, y = turned(x, rotation), turned(y, rotation)
+    y = y - (x @ y) * x
+    return x, y / sqrt(float(y @ y))
