@@ -200,6 +200,17 @@ def test_the_stress_of_a_crystal_is_that_of_its_springs():
     np.testing.assert_allclose(np.diag(stress(sim).contact), expected, rtol=1e-10)
 
 
+def test_dashpots_feel_how_fast_the_box_brings_grains_together():
+    """Across its faces, too: to the force of the springs comes gamma_n m_eff times the rate and the distance."""
+    sim, rates = crystal(DAMPED), np.array([-0.04, -0.02, -0.01])
+    sim.deformation = bc.Deformation(*rates)
+    sim.run(1000)
+    cell, mass = sim.box.length / 4.0, sim.grains.mass[0]
+    force = 1e3 * (1.0 - cell) - 3.0 * 0.5 * mass * sim.box.frame.rate * cell
+    np.testing.assert_allclose(sim.box.frame.rate, rates, rtol=1e-4)
+    np.testing.assert_allclose(np.diag(stress(sim).contact), force * cell / cell.prod(), rtol=1e-10)
+
+
 @pytest.mark.parametrize("axes", ["all alike", "each by itself"])
 def test_a_servo_holds_a_stress(axes):
     """Of a crystal, to what its springs need; of a crowd, within 1 %, while it is pulled along the other axis."""
