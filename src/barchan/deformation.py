@@ -131,9 +131,9 @@ class StressServo:
             setattr(self, name, float(state[name]))
 
 
-def deform(sim):
+def deform(sim, rates):
     """Stretch the box of ``sim`` from step n to n+1, and its grains with it; returns the ratios of its edges, (3,)."""
-    moved = sim.box.stretch(sim.deformation.rates(sim), sim.dt)
+    moved = sim.box.stretch(rates, sim.dt)
     seen = sim.contacts.seen if sim.is_listed else np.zeros((4, sim.grains.n))
     stretch(sim.grains.block("place"), sim.grains.block("motion"), seen, *moved)
     return moved.ratio

@@ -336,16 +336,20 @@ def out_of_plane(sim):
     return None
 
 
-def check_box(sim, cutoff):
+def check_box(sim, cutoff, length=None):
     """Refuse a period shorter than two cut-offs: a grain would meet the same neighbour twice.
+
+    Args:
+        length: what the edges of the box will be, (3,) [length]; default: what they are.
 
     Raises:
         SceneError: naming the axis, its length and the least allowed.
     """
+    length = sim.box.length if length is None else length
     for axis in range(3):
-        if sim.box.periodic[axis] and sim.box.length[axis] < 2.0 * cutoff:
+        if sim.box.periodic[axis] and length[axis] < 2.0 * cutoff:
             raise SceneError(
-                f"box: its period along {'xyz'[axis]} is {sim.box.length[axis]:g} [length]; it must be at least two "
+                f"box: its period along {'xyz'[axis]} is {length[axis]:g} [length]; it must be at least two "
                 f"cut-offs, {2.0 * cutoff:g} (largest diameter + skin + reach of the law, twice). Widen the box or lower the "
                 f"skin or the reach"
             )

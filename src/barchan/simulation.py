@@ -306,8 +306,9 @@ class Simulation(Assembly):
 
     def _move(self):
         if self._deforms:  # box: n -> n+1, and its grains with it
-            self.staleness.squeeze(deform(self), self._scope.cutoff)
-            preflight.check_box(self, self._scope.cutoff)
+            rates = self.deformation.rates(self)
+            preflight.check_box(self, self._scope.cutoff, self.box.length * (1.0 + self.dt * rates))
+            self.staleness.squeeze(deform(self, rates), self._scope.cutoff)
         low, length, half, _ = self.box.frame
         blocks = [self.grains.block(name) for name in ("place", "motion", "spin", "image", "force", "torque")]
         motion = integrate.kick_drift_wrap(*blocks, low, length, half, self.dt)  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1

@@ -72,6 +72,31 @@ def test_free_grains_fly_straight_on_in_space():
     np.testing.assert_allclose(there[:, 2], start[:, 2] * np.cosh(0.2 * t) + speed[:, 2] / 0.2 * np.sinh(0.2 * t), atol=5e-4)
 
 
+def test_grains_that_only_the_box_brings_together_are_found():
+    """At rest in it, they are not listed as pairs at the start, and never move by themselves."""
+    sim = box(dt=1e-3)
+    sim.add_grains(lattice("sc", 1.0, (0.5,) * 3, (4,) * 3), 0.4, mass=1e6)
+    sim.skin, sim.deformation = 0.02, bc.Deformation(-0.3, -0.3, -0.2)
+    sim.run(200)
+    assert sim.contacts.n_pairs == 0
+    while sim.box.length[0] > 0.79 * EDGE:
+        sim.run(20)
+    assert sim.touching == 64 * 2 and sim.staleness.rebuilds > 5, "along x and y, z is longer"
+
+
+def test_a_box_that_becomes_too_short_ends_the_run_as_it_was():
+    sim = gas()
+    sim.skin, sim.deformation = 0.9, bc.Deformation(x=-0.5)
+    with pytest.raises(SceneError, match=r"box: its period along x is 1\.799\d* \[length\]; it must be at least two cut-offs"):
+        sim.run(10_000)
+    assert sim.box.length[0] >= 2.0 * 0.9
+    sim = gas()
+    sim.deformation = bc.Deformation(x=-1e4)
+    with pytest.raises(SceneError, match=r"box: its period along x is -36 \[length\]"):
+        sim.run(1)
+    assert sim.box.length.tolist() == [EDGE] * 3 and sim.step_number == 0
+
+
 def test_a_gas_that_is_compressed_heats_up():
     """Each velocity is inverse to the edge along it, to rounding: m v^2 L^2 is kept."""
     sim = gas()
@@ -173,6 +198,17 @@ def test_the_stress_of_a_crystal_is_that_of_its_springs():
     cell = sim.box.length / 4.0
     expected = 1e3 * (1.0 - cell) * cell / cell.prod()
     np.testing.assert_allclose(np.diag(stress(sim).contact), expected, rtol=1e-10)
+
+
+def test_dashpots_feel_how_fast_the_box_brings_grains_together():
+    """Across its faces, too: to the force of the springs comes gamma_n m_eff times the rate and the distance."""
+    sim, rates = crystal(DAMPED), np.array([-0.04, -0.02, -0.01])
+    sim.deformation = bc.Deformation(*rates)
+    sim.run(1000)
+    cell, mass = sim.box.length / 4.0, sim.grains.mass[0]
+    force = 1e3 * (1.0 - cell) - 3.0 * 0.5 * mass * sim.box.frame.rate * cell
+    np.testing.assert_allclose(sim.box.frame.rate, rates, rtol=1e-4)
+    np.testing.assert_allclose(np.diag(stress(sim).contact), force * cell / cell.prod(), rtol=1e-10)
 
 
 @pytest.mark.parametrize("axes", ["all alike", "each by itself"])
