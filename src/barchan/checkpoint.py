@@ -27,7 +27,7 @@ from barchan.parallel.guard import on_first_rank, raise_together
 from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
-FORMAT = 7
+FORMAT = 8
 
 #: Groups of what belongs to grains, as rows of theirs.
 _ROWS = ("contacts", "bonds")

@@ -1,10 +1,11 @@
-"""A periodic box that is stretched as the grains move: at a given rate, or so that they carry a given stress."""
+"""A periodic box that is stretched or sheared as the grains move: at a given rate, or so that they carry a given stress."""
 
 from math import copysign, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
+from barchan.domain import SHEARS
 from barchan.errors import SceneError
 from barchan.kernels.integrate import stretch
 from barchan.measure.stress import stress
@@ -12,58 +13,89 @@ from barchan.measure.sums import exact_sums
 from barchan.measure.touching import dot, touching_pairs
 from barchan.words import shown
 
+#: The axes that each entry of a ``Deformation`` is about: the component of the stress and of the velocity gradient.
+AXES = ((0, 0), (1, 1), (2, 2), *SHEARS)
+
 
 class Deformation(NamedTuple):
-    """How the box is stretched along each axis; ``Simulation.deformation``. None: not at all.
+    """How the box is stretched along each axis, and sheared; ``Simulation.deformation``. None: not at all.
 
-    A number, or a function of the simulation that returns one, is the rate at which the logarithm of the edge grows [1/time]:
-    below 0 the box shrinks. A ``StressServo`` finds that rate; if it stands for several axes, it is the mean of their stresses
-    that it holds, and one rate for all of them.
+    A number, or a function of the simulation that returns one, is a rate [1/time]: for x, y and z that at which the logarithm of
+    the edge grows, so below 0 the box shrinks; xy is the rate of a simple shear, a flow along x that grows along y, and so are xz
+    and yz. One of these three at most. A ``StressServo`` finds the rate; if it stands for several edges, it is the mean of their
+    stresses that it holds, and one rate for all of them.
 
-    The box keeps its centre. While it is stretched, the velocity of a grain is that relative to the box: a grain that moves with
-    it is at rest. So grains on both sides of a periodic face, and their contacts, see each other move as in the middle of the
-    box, and a stretched box does work: minus the volume times stress times rate. Walls are stretched with it along their plane.
+    The box keeps its centre and its right angles: as it is sheared, what lies beyond the faces along the gradient moves aside
+    (Lees & Edwards, J. Phys. C 5, 1921, 1972). While the box is deformed, the velocity of a grain is that relative to the box: a
+    grain that moves with it is at rest. So grains on both sides of a periodic face, and their contacts, see each other move as
+    in the middle of the box, and a deformed box does work: minus the volume times stress times rate. Walls are stretched with it
+    along their plane.
     """
 
     x: object = None
     y: object = None
     z: object = None
+    xy: object = None
+    xz: object = None
+    yz: object = None
 
     @property
     def acts(self):
         """False if there is none."""
         return any(one is not None for one in self)
 
-    def check(self, box):
+    @property
+    def sheared(self):
+        """Number of the shear among xy, xz, yz, or None."""
+        return next((number for number, one in enumerate(self[3:]) if one is not None), None)
+
+    def check(self, box, walls):
         """Refuse what cannot be.
 
         Raises:
-            SceneError: an axis is not periodic, or what stands for it is no rate.
+            SceneError: an axis is not periodic, what stands for it is no rate, there are several shears, a servo is to hold
+                stresses that are not alike, or a wall stands in the way of a shear.
         """
-        for axis, one in zip("xyz", self):
-            if one is not None and not box.periodic["xyz".index(axis)]:
-                raise SceneError(f"deformation: {axis} = {shown(one)}, but the box is not periodic along {axis}")
-            if one is not None and not callable(one) and not isinstance(one, StressServo):
-                _rate(f"deformation: {axis}", one)
+        given = [(name, axes, one) for name, axes, one in zip(self._fields, AXES, self) if one is not None]
+        for name, axes, one in given:
+            for axis in axes:
+                if not box.periodic[axis]:
+                    raise SceneError(f"deformation: {name} = {shown(one)}, but the box is not periodic along {'xyz'[axis]}")
+            if not callable(one) and not isinstance(one, StressServo):
+                _rate(f"deformation: {name}", one)
+        shears = [(name, axes, one) for name, axes, one in given if len(name) == 2]
+        if len(shears) > 1:
+            raise SceneError(
+                f"deformation: {shears[0][0]} and {shears[1][0]} are both given; a box is sheared in one way at a time"
+            )
+        for name, axes, one in shears:
+            if isinstance(one, StressServo) and any(one is other for other in self[:3]):
+                raise SceneError(f"deformation: one StressServo stands for {name} and for an edge; give each its own")
+            for number, wall in enumerate(walls):
+                if wall.kind != "plane" or any(wall.normal[axis] != 0.0 for axis in axes):
+                    raise SceneError(
+                        f"deformation: {name} = {shown(one)}, but wall {number} ({wall.kind}) stands in the way; in a box that "
+                        f"is sheared walls must be planes along {' and '.join('xyz'[axis] for axis in axes)}"
+                    )
 
     def rates(self, sim):
-        """Rates of the step that begins, (3,) [1/time]; 0 where there is none.
+        """Rates of the step that begins, (6,) [1/time]; 0 where there is none.
 
         Raises:
             SceneError: a function returned something else than a finite number.
         """
         known = [0.0 if one is None else one.now if isinstance(one, StressServo) else one for one in self]
         rates = [rate(sim) if callable(rate) else rate for rate in known]
-        return np.array([_rate(f"deformation, t = {sim.time:g}: {axis}", rate) for axis, rate in zip("xyz", rates)])
+        return np.array([_rate(f"deformation, t = {sim.time:g}: {axis}", rate) for axis, rate in zip(self._fields, rates)])
 
     def look(self, sim):
         """Let the servos see what the grains carry now, those that have to; forces must be known. All ranks must call this."""
         for servo in dict.fromkeys(one for one in self if isinstance(one, StressServo)):
             if servo.looked == 0.0 or sim.step_number % servo.LOOK == 0:
-                servo.look(sim, [axis for axis in range(3) if self[axis] is servo])
+                servo.look(sim, [axes for axes, one in zip(AXES, self) if one is servo])
 
     def state(self):
-        """What a checkpoint keeps of the servos, by axis."""
+        """What a checkpoint keeps of the servos, in the order of the rates."""
         return [one.state() if isinstance(one, StressServo) else None for one in self]
 
     def restore(self, state):
@@ -74,17 +106,17 @@ class Deformation(NamedTuple):
 
 
 class StressServo:
-    """Finds the rate at which a periodic box has to be stretched so that its grains carry a stress, and finds its own gain.
+    """Finds the rate at which a periodic box has to be stretched or sheared so that its grains carry a stress, and its own gain.
 
     rate = steady + SHARE (stress - target) / (M dt), with M the stiffness of the sample if all grains moved with the box:
-    1/V times the sum of k l^2 n^2 of all contacts, k what the normal force is over the overlap, l the branch and n its direction
-    along the axis. ``steady`` is the mean of the rate of late, so that a target that grows steadily is followed without a lag.
-    Stress and stiffness are looked up every ``LOOK`` steps.
+    1/V times the sum of k l^2 n^4 of all contacts, k what the normal force is over the overlap, l the branch and n its direction
+    along the axis; for a shear n^2 along both its axes. ``steady`` is the mean of the rate of late, so that a target that grows
+    steadily is followed without a lag. Stress and stiffness are looked up every ``LOOK`` steps.
 
     Args:
-        stress: of the axes that it stands for, compression positive, contacts and motion; a number, or a function of the
-            simulation [force/length^2].
-        max_rate: the box is never stretched or compressed faster; where nothing touches, it shrinks so [1/time].
+        stress: of the axes that it stands for, contacts and motion, compression positive; of a shear, positive where it resists
+            a flow of positive rate. A number, or a function of the simulation [force/length^2].
+        max_rate: the box is never deformed faster; where nothing touches, it shrinks so, or is sheared so [1/time].
 
     Raises:
         SceneError: a value is not a finite number, or the rate not above 0.
@@ -105,12 +137,15 @@ class StressServo:
         """Find the rate from now on, ``now``; all ranks must call this.
 
         Args:
-            axes: that it stands for.
+            axes: of what it stands for, among ``AXES``.
         """
         target = self.stress(sim) if callable(self.stress) else self.stress
         target = _rate(f"StressServo, t = {sim.time:g}: stress", target, "force/length^2")
-        excess = float(np.mean(np.diag(stress(sim).total)[axes])) - target
-        stiffness = _stiffness(sim, axes)
+        rows, columns = np.transpose(axes)
+        sheared = rows[0] != columns[0]
+        excess = float(np.mean(stress(sim).total[rows, columns]))
+        excess += target if sheared else -target  # a flow of positive rate meets a shear stress below 0
+        stiffness = _stiffness(sim, rows, columns)
         self.looked = 1.0
         if stiffness == 0.0:
             self.steady, self.now = 0.0, copysign(self.max_rate, excess)
@@ -132,20 +167,20 @@ class StressServo:
 
 
 def deform(sim, rates):
-    """Stretch the box of ``sim`` from step n to n+1, and its grains with it; returns the ratios of its edges, (3,)."""
+    """Deform the box of ``sim`` from step n to n+1, and its grains with it; returns what it did to distances, (3, 3)."""
     moved = sim.box.stretch(rates, sim.dt)
     seen = sim.contacts.seen if sim.is_listed else np.zeros((4, sim.grains.n))
-    stretch(sim.grains.block("place"), sim.grains.block("motion"), seen, *moved)
-    return moved.ratio
+    stretch(*(sim.grains.block(name) for name in ("place", "motion", "image")), seen, *moved)
+    return moved.gradient
 
 
-def _stiffness(sim, axes):
+def _stiffness(sim, rows, columns):
     """What the stress grows by for each unit of strain, were all grains to move with the box [force/length^2]."""
     terms = []
     for pairs in touching_pairs(sim):
-        square, along = dot(pairs.branch, pairs.branch), (pairs.branch[axes] ** 2).sum(axis=0)
+        square, along = dot(pairs.branch, pairs.branch), (pairs.branch[rows] * pairs.branch[columns]).sum(axis=0)
         terms.append(np.maximum(pairs.normal_force, 0.0) / pairs.overlap * along * along / square)
-    volume = float(np.prod(sim.box.span)) * len(axes) ** 2
+    volume = float(np.prod(sim.box.span)) * len(rows) ** 2
     return float(exact_sums([np.concatenate([np.zeros(0), *terms])], sim.comm)[0, 0]) / volume
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from barchan.bonds.bonds import rows_of
 from barchan.deformation import Deformation
+from barchan.domain import SHEARS
 from barchan.errors import LawError, LostGrainError, NotFiniteError, OverlapError, SceneError
 from barchan.forces import Damping
 from barchan.measure import contact_table
@@ -204,7 +205,7 @@ def check_settings(sim):
     Damping.check(sim.damping, sim.dt)
     if not isinstance(sim.deformation, Deformation):
         raise SceneError(f"deformation = {shown(sim.deformation)} must be a barchan.Deformation, such as Deformation(x=-0.1)")
-    sim.deformation.check(sim.box)
+    sim.deformation.check(sim.box, sim.walls)
     seen = {}
     for number, wall in enumerate(sim.walls):
         first = seen.setdefault(id(wall.control), number) if getattr(wall.control, "memory", ()) else number
@@ -336,23 +337,33 @@ def out_of_plane(sim):
     return None
 
 
-def check_box(sim, cutoff, length=None):
-    """Refuse a period shorter than two cut-offs: a grain would meet the same neighbour twice.
+def check_box(sim, cutoff, ratio=1.0):
+    """Refuse a period shorter than two cut-offs: a grain would meet the same neighbour twice. As a box is sheared, neighbours are
+    sought in one that is ``Upright``, and smaller: most where the images are half a period aside.
 
     Args:
-        length: what the edges of the box will be, (3,) [length]; default: what they are.
+        ratio: by which the edges of the box will grow, (3,); default: not at all.
 
     Raises:
         SceneError: naming the axis, its length and the least allowed.
     """
-    length = sim.box.length if length is None else length
+    tilt, sheared = sim.box.tilt.copy(), sim.deformation.sheared
+    if sheared is not None:
+        tilt[sheared] = 0.5 * sim.box.length[SHEARS[sheared][0]]
+    upright = sim.box.leaning(tilt)
+    least = 2.0 * cutoff * upright.spread
     for axis in range(3):
-        if sim.box.periodic[axis] and length[axis] < 2.0 * cutoff:
+        length = (sim.box.length * ratio)[axis]
+        if sim.box.periodic[axis] and length < least[axis]:
             raise SceneError(
-                f"box: its period along {'xyz'[axis]} is {length[axis]:g} [length]; it must be at least two "
-                f"cut-offs, {2.0 * cutoff:g} (largest diameter + skin + reach of the law, twice). Widen the box or lower the "
+                f"box: its period along {'xyz'[axis]} is {length:g} [length]; it must be at least two cut-offs, {2.0 * cutoff:g} "
+                f"(largest diameter + skin + reach of the law, twice){_times(upright.spread[axis])}. Widen the box or lower the "
                 f"skin or the reach"
             )
+
+
+def _times(spread):
+    return f", times {spread:.4g} as it is sheared" if spread != 1.0 else ""
 
 
 def check_time_step(sim, stable):

@@ -149,7 +149,7 @@ class Simulation(Assembly):
         bonded = travel.sends(self.comm, self.bonds, self.grains)
         self.ghosts.build(self.grains, self.topology, grids, start, scope.reach, bonded)
         wanted = travel.wanted(self.bonds, self.grains)
-        self.contacts.find(self.grains, grids, start, scope.reach, wanted)
+        self.contacts.find(self.grains, self.box, grids, start, scope.reach, wanted)
         self.ghosts.keep(self.grains, wanted)
         self.bonds.settle(self.grains)
         self.contacts.build(self.grains, self.walls, scope.reach)
@@ -307,11 +307,11 @@ class Simulation(Assembly):
     def _move(self):
         if self._deforms:  # box: n -> n+1, and its grains with it
             rates = self.deformation.rates(self)
-            preflight.check_box(self, self._scope.cutoff, self.box.length * (1.0 + self.dt * rates))
+            preflight.check_box(self, self._scope.cutoff, 1.0 + self.dt * rates[:3])
             self.staleness.squeeze(deform(self, rates), self._scope.cutoff)
-        low, length, half, _ = self.box.frame
+        low, length, half, tilt, _ = self.box.frame
         blocks = [self.grains.block(name) for name in ("place", "motion", "spin", "image", "force", "torque")]
-        motion = integrate.kick_drift_wrap(*blocks, low, length, half, self.dt)  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
+        motion = integrate.kick_drift_wrap(*blocks, low, length, half, tilt, self.dt)  # v, omega: n-1/2 -> n+1/2;  x: n -> n+1
         for wall in self.walls:
             wall.move(self.dt)  # walls: n -> n+1
         return motion
@@ -340,7 +340,8 @@ class Simulation(Assembly):
     def _measure_approach(self):
         """The bounds on what may have approached, from the displacements of all grains and walls on all ranks."""
         frame = self.box.frame
-        *largest, square = integrate.displacements(self.grains.block("place"), self.contacts.seen, frame.length, frame.half)
+        period = (frame.length, frame.half, frame.tilt)
+        *largest, square = integrate.displacements(self.grains.block("place"), self.contacts.seen, *period)
         for wall, then in zip(self.walls, self._walls_then):
             travel, farthest = wall.travel(then)
             largest, square = np.maximum(largest, travel), max(square, farthest * farthest)
@@ -435,6 +436,7 @@ class Simulation(Assembly):
         return float(self.comm.maximum([cells.extents(self.grains.block("place"), -np.inf, np.inf)[6]])[0])
 
     def _sort_in_space(self, grids):
-        start, order = cells.sorted_cells(self.grains.block("place"), 0, self.grains.n, grids)
+        place = self.box.upright.places(self.grains.block("place"))
+        start, order = cells.sorted_cells(place, 0, self.grains.n, grids)
         self.grains.keep(order, but=("force", "torque") if self._in_step else ())  # which are computed next
         return start, order

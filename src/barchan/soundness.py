@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from barchan.bonds.cracks import COLUMNS
+from barchan.domain import SHEARS
 from barchan.fields import TABLE
 from barchan.kernels.loads import SUMS
 
@@ -79,8 +80,9 @@ class _Stretched(_Part):
     low: _Three
     high: _Three
     middle: _Three
-    rate: _Three
-    servos: Annotated[list[_Servo | None], Field(min_length=3, max_length=3)]
+    tilt: _Three
+    rate: Annotated[list[float], Field(min_length=6, max_length=6)]
+    servos: Annotated[list[_Servo | None], Field(min_length=6, max_length=6)]
 
 
 class _About(_Part):
@@ -262,10 +264,15 @@ def value_fault(state, walls):
 
 def _stretch_fault(box, stretched):
     """Why a box cannot have become what it is said to be, or None."""
-    low, high, middle, rate = (np.array(stretched[name]) for name in ("low", "high", "middle", "rate"))
-    if not (np.isfinite([low, high, middle, rate]).all() and (high >= low).all()):
+    low, high, middle, tilt = (np.array(stretched[name]) for name in ("low", "high", "middle", "tilt"))
+    rate, shear_rate = np.split(np.array(stretched["rate"]), [3])
+    if not (np.isfinite([low, high, middle, tilt, rate, shear_rate]).all() and (high >= low).all()):
         return "the box is stretched to what is none"
     still = ~np.array(box["periodic"])
+    flow, along = np.array(SHEARS).T
+    sheared, far = (tilt != 0.0) | (shear_rate != 0.0), 2.0 * np.abs(tilt) > (high - low)[flow] * (1.0 + 1e-9)
+    if sheared.sum() > 1 or (sheared & (still[flow] | still[along])).any() or far.any():
+        return "the box is sheared in more ways than one, along an axis that is not periodic, or by more than half a period"
     moved = (low != box["low"]) | (high != box["high"]) | (rate != 0.0) | (middle != high - low)
     flat = (high == low) | (middle <= 0.0)
     if (moved & still).any() or (flat & ~still).any():

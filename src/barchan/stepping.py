@@ -56,6 +56,7 @@ def advance(sim, most, loops, setting, forces, skin, walls_then, told):
         frame.low,
         frame.length,
         frame.half,
+        frame.tilt,
         frame.rate,
         np.array(gravity),
         *map(float, damping),

@@ -71,8 +71,10 @@ class Inlet:
         """Let in what is due.
 
         Raises:
-            SceneError: the region reaches out of the box, or the material has no density.
+            SceneError: the region reaches out of the box, the box is sheared, or the material has no density.
         """
+        if sim.box.tilt.any() or sim.deformation.sheared is not None:
+            raise SceneError(f"inlet '{self.name}': in a box that is sheared there is none; add the grains before it is")
         if (self.brick[0] < sim.box.low).any() or (self.brick[1] > sim.box.high).any():
             raise SceneError(
                 f"inlet '{self.name}': region {self.brick.tolist()} reaches out of the box {sim.box.low.tolist()} to "

@@ -45,7 +45,7 @@ class Outlet:
         kinetic = 0.5 * mass * (velocity**2).sum(axis=1) + 0.5 * grains.view("inertia")[beyond] * (
             grains.view("omega")[beyond] ** 2
         ).sum(axis=1)
-        followed = grains.view("position")[beyond] + grains.view("image")[beyond] * sim.box.length  # as ``EnergyBudget`` does
+        followed = sim.box.unwrapped(grains.view("position")[beyond], grains.view("image")[beyond])  # as ``EnergyBudget`` does
         potential = -mass * (followed @ sim.present_gravity)
         count = sim.notes.setdefault("outlets", {}).setdefault(self.name, {"grains": 0, "mass": 0.0, "energy": 0.0})
         count["grains"] += leaving

@@ -130,7 +130,7 @@ class Bonds:
         bonds = (self.first, self.second, self.kind, self.strength, *state, self.table, self.history, self.broken, self.out)
         parts = shares(len(self))
         rooms = (np.empty((len(parts) - 1, *lines, BLOCK)) for lines in ((SEEN,), (self.width,), ()))
-        if self._compiled().bond_forces(parts, *bonds, *rooms, frame.length, frame.half, frame.rate, dt):
+        if self._compiled().bond_forces(parts, *bonds, *rooms, frame.length, frame.half, frame.tilt, frame.rate, dt):
             self._tell(sim)
         return self._add_to(grains.block("force"), grains.block("torque"))
 

@@ -32,6 +32,7 @@ BOND_MODULE = '''"""Loops of the bond law '{law}', written by barchan. Do not ed
 {imports}
 import numpy as barchan_np
 from barchan.kernels.compiler import helper, kernel, prange, widest_lanes
+from barchan.kernels.integrate import nearest_image as barchan_nearest_image
 from barchan.kernels.turning import carried, spun
 
 {functions}
@@ -83,7 +84,7 @@ def barchan_bond(dx, dy, dz, vx, vy, vz, wix, wiy, wiz, wjx, wjy, wjz, radius_fi
 
 @kernel(parallel=True)
 def bond_forces(parts, first, second, kind, strength, place, motion, spin, table, history, broken, out, seen, fresh, modes,
-                box_length, box_half, box_rate, dt):
+                box_length, box_half, box_tilt, box_rate, dt):
     """Forces and torques of all bonds. Thread p does the bonds ``parts[p]`` to ``parts[p + 1]``, with ``seen[p]``, ``fresh[p]``
     and ``modes[p]`` as room for what a block of them reads of its grains, remembers, and how they break. ``history``, ``out``
     and ``broken``, the number of the mode of each bond that broke, are modified; one that is broken keeps what it remembered as
@@ -93,7 +94,8 @@ def bond_forces(parts, first, second, kind, strength, place, motion, spin, table
         How many broke."""
     lengths = box_length[0], box_length[1], box_length[2]
     halves = box_half[0], box_half[1], box_half[2]
-    rates = box_rate[0], box_rate[1], box_rate[2]
+    tilts = box_tilt[0], box_tilt[1], box_tilt[2]
+    rates = box_rate[0], box_rate[1], box_rate[2], box_rate[3], box_rate[4], box_rate[5]
     {hoisted}
     news = 0
     for p in prange(parts.shape[0] - 1):
@@ -114,18 +116,11 @@ def bond_forces(parts, first, second, kind, strength, place, motion, spin, table
                 seen[p, 14, c] = motion[i, 3] + motion[j, 3]
             for c in range(length):
                 k = begin + c
-                dx = seen[p, 0, c]
-                dy = seen[p, 1, c]
-                dz = seen[p, 2, c]
-                dx = dx - lengths[0] if dx > halves[0] else dx
-                dx = dx + lengths[0] if dx < -halves[0] else dx
-                dy = dy - lengths[1] if dy > halves[1] else dy
-                dy = dy + lengths[1] if dy < -halves[1] else dy
-                dz = dz - lengths[2] if dz > halves[2] else dz
-                dz = dz + lengths[2] if dz < -halves[2] else dz
+                dx, dy, dz = barchan_nearest_image(seen[p, 0, c], seen[p, 1, c], seen[p, 2, c], lengths, halves, tilts)
                 {gathered}
                 fx, fy, fz, ux, uy, uz, wx, wy, wz, barchan_mode{history_names} = barchan_bond(
-                    dx, dy, dz, seen[p, 3, c] + rates[0] * dx, seen[p, 4, c] + rates[1] * dy, seen[p, 5, c] + rates[2] * dz,
+                    dx, dy, dz, seen[p, 3, c] + rates[0] * dx + (rates[3] * dy + rates[4] * dz),
+                    seen[p, 4, c] + rates[1] * dy + rates[5] * dz, seen[p, 5, c] + rates[2] * dz,
                     seen[p, 6, c], seen[p, 7, c], seen[p, 8, c], seen[p, 9, c], seen[p, 10, c], seen[p, 11, c], seen[p, 12, c],
                     seen[p, 13, c], 1.0 / seen[p, 14, c], strength[k], dt, {flat_arguments})
                 {keep}

@@ -24,7 +24,7 @@ from barchan.kernels.compiler import cache_root, fingerprint
 from barchan.kernels.energies import ENERGIES
 from barchan.kernels.lanes import LANES
 from barchan.kernels.steps import COUPLES, COUPLES_IMPORT, STEPS
-from barchan.kernels.template import ARMS, AT_LEAST, BLOCK, HELD, MODULE
+from barchan.kernels.template import ARMS, AT_LEAST, BLOCK, FIND, FIND_HELD, HELD, MODULE
 from barchan.laws.law import MOST_CURVED
 
 _NUMBERS = (bool, int, float, np.bool_, np.integer, np.floating)
@@ -196,7 +196,7 @@ def module_text(law, uniform):
 def _held(law, reach, looked_up):
     """What the template says of contacts that last beyond touching."""
     if law.reach is None:
-        return {"held": "", "at_least": AT_LEAST, "list": "barchan_list_touching", "list_also": "", "touches": "overlap > 0.0"}
+        return {"held": "", "at_least": AT_LEAST, "find": FIND, "touches": "overlap > 0.0"}
     given = {name: f"p_{name}" for name in law.parameters}
 
     def call(radius_eff):
@@ -207,8 +207,7 @@ def _held(law, reach, looked_up):
     return {
         "held": HELD.format(parameters=parameters, reach=call("ri * rj / (ri + rj)")),
         "at_least": "",
-        "list": "barchan_list_held",
-        "list_also": ", material, stride, table",
+        "find": FIND_HELD,
         "touches": f"overlap > 0.0 or (was and overlap > -{call(at_wall)})",
     }
 

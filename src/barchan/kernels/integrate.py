@@ -29,8 +29,29 @@ def nearest(d, length, half):
     return d
 
 
+@helper
+def nearest_image(dx, dy, dz, length, half, tilt):
+    """Minimum image of a difference; what is beyond a face may lie aside, as in ``Box.tilt``."""
+    above, below = dz > half[2], dz < -half[2]
+    dz = dz - length[2] if above else dz
+    dz = dz + length[2] if below else dz
+    dx = dx - tilt[1] if above else dx
+    dx = dx + tilt[1] if below else dx
+    dy = dy - tilt[2] if above else dy
+    dy = dy + tilt[2] if below else dy
+    above, below = dy > half[1], dy < -half[1]
+    dy = dy - length[1] if above else dy
+    dy = dy + length[1] if below else dy
+    dx = dx - tilt[0] if above else dx
+    dx = dx + tilt[0] if below else dx
+    above, below = dx > half[0], dx < -half[0]
+    dx = dx - length[0] if above else dx
+    dx = dx + length[0] if below else dx
+    return dx, dy, dz
+
+
 @kernel(parallel=True)
-def kick_drift_wrap(place, motion, spin, image, force, torque, low, length, half, dt):
+def kick_drift_wrap(place, motion, spin, image, force, torque, low, length, half, tilt, dt):
     """v(n-1/2) -> v(n+1/2), x(n) -> x(n+1), omega likewise; frozen grains (inverse mass 0) keep their velocity.
 
     ``place``, ``motion``, ``spin`` and ``image`` are modified.
@@ -41,7 +62,7 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, low, length, half
     bad = 0
     for i in prange(force.shape[0]):
         inside = True
-        for c in range(3):
+        for c in (2, 1, 0):
             motion[i, c] += dt * motion[i, 3] * force[i, c]
             spin[i, c] += dt * spin[i, 3] * torque[i, c]
             x = place[i, c] + dt * motion[i, c]
@@ -49,29 +70,47 @@ def kick_drift_wrap(place, motion, spin, image, force, torque, low, length, half
                 x, turns = fold(x, low[c], length[c], half[c])
                 image[i, c] += turns
                 inside = inside and x >= low[c] and x <= low[c] + length[c]
+                if c == 2:  # beyond it all lies aside
+                    place[i, 1] -= turns * tilt[2]
+                if c > 0:
+                    place[i, 0] -= turns * tilt[c - 1]
             place[i, c] = x
         bad += 0 if inside else 1
         fastest = max(fastest, motion[i, 0] * motion[i, 0] + motion[i, 1] * motion[i, 1] + motion[i, 2] * motion[i, 2])
     return fastest, bad
 
 
+@helper
+def carried_along(x, y, z, centre, ratio, slide):
+    """Where a place is carried by a box that is deformed about its centre."""
+    ax, ay, az = x - centre[0], y - centre[1], z - centre[2]
+    x = centre[0] + ax * ratio[0] if ratio[0] != 1.0 else x
+    y = centre[1] + ay * ratio[1] if ratio[1] != 1.0 else y
+    z = centre[2] + az * ratio[2] if ratio[2] != 1.0 else z
+    return x + (slide[0] * ay + slide[1] * az), y + slide[2] * az, z
+
+
 @kernel(parallel=True)
-def stretch(place, motion, seen, centre, ratio, slower):
-    """Places and velocities of grains in a box that is stretched about its centre; see ``Box.stretch``. Frozen grains keep their
-    velocity. ``place``, ``motion``, and ``seen``, where the grains were at the rebuild, (4, ...), are modified."""
+def stretch(place, motion, image, seen, centre, ratio, slower, slide, drag, turns):
+    """Places and velocities of grains in a box that is deformed about its centre; see ``Box.stretch``. Frozen grains keep their
+    velocity. ``place``, ``motion``, ``image``, and ``seen``, where the grains were at the rebuild, (4, ...), are modified."""
     for i in prange(place.shape[0]):
-        for c in range(3):
-            if ratio[c] != 1.0:
-                place[i, c] = centre[c] + (place[i, c] - centre[c]) * ratio[c]
-                seen[c, i] = centre[c] + (seen[c, i] - centre[c]) * ratio[c]
-            motion[i, c] *= slower[c] if motion[i, 3] != 0.0 else 1.0
+        place[i, 0], place[i, 1], place[i, 2] = carried_along(place[i, 0], place[i, 1], place[i, 2], centre, ratio, slide)
+        seen[0, i], seen[1, i], seen[2, i] = carried_along(seen[0, i], seen[1, i], seen[2, i], centre, ratio, slide)
+        image[i, 0] += turns[0] * image[i, 1] + turns[1] * image[i, 2]
+        image[i, 1] += turns[2] * image[i, 2]
+        if motion[i, 3] != 0.0:
+            vx, vy, vz = motion[i, 0], motion[i, 1], motion[i, 2]
+            motion[i, 0] = vx * slower[0] - (drag[0] * vy + drag[1] * vz)
+            motion[i, 1] = vy * slower[1] - drag[2] * vz
+            motion[i, 2] = vz * slower[2]
 
 
 kick_drift_wrap_alone = on_one_thread(kick_drift_wrap)
 
 
 @kernel(parallel=True)
-def displacements(place, seen, length, half):
+def displacements(place, seen, length, half, tilt):
     """Displacements since the grains were ``seen``: the largest along x, -x, y, -y, z, -z, and the square of the largest."""
     east = -1e300
     west = -1e300
@@ -81,9 +120,8 @@ def displacements(place, seen, length, half):
     down = -1e300
     farthest = 0.0
     for i in prange(place.shape[0]):
-        dx = nearest(place[i, 0] - seen[0, i], length[0], half[0])
-        dy = nearest(place[i, 1] - seen[1, i], length[1], half[1])
-        dz = nearest(place[i, 2] - seen[2, i], length[2], half[2])
+        dx, dy, dz = place[i, 0] - seen[0, i], place[i, 1] - seen[1, i], place[i, 2] - seen[2, i]
+        dx, dy, dz = nearest_image(dx, dy, dz, length, half, tilt)
         east = max(east, dx)
         west = max(west, -dx)
         north = max(north, dy)
@@ -98,10 +136,12 @@ displacements_alone = on_one_thread(displacements)
 
 
 @helper
-def measure_travel(place, seen, point, point_then, length, half, travel):
+def measure_travel(place, seen, point, point_then, length, half, tilt, travel):
     """Write how far grains and walls are from where they were then into ``travel``: along each axis and against it, and the
     square of the farthest."""
-    travel[0], travel[1], travel[2], travel[3], travel[4], travel[5], travel[6] = displacements_alone(place, seen, length, half)
+    travel[0], travel[1], travel[2], travel[3], travel[4], travel[5], travel[6] = displacements_alone(
+        place, seen, length, half, tilt
+    )
     for w in range(point.shape[0]):
         square = 0.0
         for c in range(3):

@@ -16,6 +16,9 @@ from numba.extending import intrinsic
 #: Rows that are looked at together; the tables and shuffles below are made for this number.
 LANES = 8
 
+#: Of each axis: along which others an image beyond a face lies aside, and the number of that tilt.
+ASIDE = ((), ((0, 0),), ((0, 1), (1, 2)))
+
 _WORD, _INDEX, _BYTE, _DOUBLE = ir.IntType(64), ir.IntType(32), ir.IntType(8), ir.DoubleType()
 _DOUBLES, _INDICES, _BYTES = (ir.VectorType(kind, LANES) for kind in (_DOUBLE, _INDEX, _BYTE))
 _ALIGNED = {_DOUBLES: 8, _INDICES: 4}
@@ -165,14 +168,24 @@ def list_near(seen, begin, over, at, period, row, looked, count):
     return last
 
 
-def _list_touching(typing_context, first, second, place, begin, over, lengths, halves, slot, column, b, rows, branch, found):
+def _list_touching(_, first, second, place, begin, over, lengths, halves, tilts, slot, column, b, rows, branch, found):
     """The vectors of ``list_touching``."""
+    return _touching(first, second, place, slot, rows, branch, False)
+
+
+def _list_touching_aside(_, first, second, place, begin, over, lengths, halves, tilts, slot, column, b, rows, branch, found):
+    """The vectors of ``list_touching_aside``."""
+    return _touching(first, second, place, slot, rows, branch, True)
+
+
+def _touching(first, second, place, slot, rows, branch, tilted):
+    """The vectors of both."""
 
     def generate(context, builder, signature, arguments):
-        first, second, place, begin, over, lengths, halves, slot, column, b, rows, branch, found = arguments
+        first, second, place, begin, over, lengths, halves, tilts, slot, column, b, rows, branch, found = arguments
         vectors = _Vectors(context, builder, signature)
         first, second, place = (vectors.array(k, array) for k, array in enumerate((first, second, place)))
-        slot, rows, branch = vectors.array(7, slot), vectors.array(10, rows), vectors.array(11, branch)
+        slot, rows, branch = vectors.array(8, slot), vectors.array(11, rows), vectors.array(12, branch)
         count, news, before = (builder.extract_value(found, k) for k in range(3))
 
         valid = vectors.lanes_before(begin, over)
@@ -183,11 +196,17 @@ def _list_touching(typing_context, first, second, place, begin, over, lengths, h
         rows_of_both = zip(vectors.rows_of_four(place, i), vectors.rows_of_four(place, j))
         both = [builder.select(is_radius, builder.fadd(a, b), builder.fsub(a, b)) for a, b in rows_of_both]
         *branches, reach = vectors.columns_of_four(both)
+        for axis in (2, 1, 0):
+            length, half = (vectors.splat(builder.extract_value(three, axis), _DOUBLES) for three in (lengths, halves))
+            above = builder.fcmp_ordered(">", branches[axis], half)
+            below = builder.fcmp_ordered("<", branches[axis], builder.fneg(half))
+            aside = ASIDE[axis] if tilted else ()
+            aside = [(flow, vectors.splat(builder.extract_value(tilts, k), _DOUBLES)) for flow, k in aside]
+            for moved, shift in ((axis, length), *aside):
+                d = builder.select(above, builder.fsub(branches[moved], shift), branches[moved])
+                branches[moved] = builder.select(below, builder.fadd(d, shift), d)
         square = None
         for axis, d in enumerate(branches):
-            length, half = (vectors.splat(builder.extract_value(three, axis), _DOUBLES) for three in (lengths, halves))
-            d = builder.select(builder.fcmp_ordered(">", d, half), builder.fsub(d, length), d)
-            d = builder.select(builder.fcmp_ordered("<", d, builder.fneg(half)), builder.fadd(d, length), d)
             vectors.store(d, branch, axis, b)
             part = builder.fmul(d, d)
             square = part if square is None else builder.fadd(square, part)
@@ -211,16 +230,17 @@ def _list_touching(typing_context, first, second, place, begin, over, lengths, h
 
     word, threes = types.uint64, types.UniTuple(types.float64, 3)
     counts = types.UniTuple(word, 3)
-    return counts(first, second, place, word, word, threes, threes, slot, word, word, rows, branch, counts), generate
+    arguments = (first, second, place, word, word, threes, threes, threes, slot, word, word, rows, branch, counts)
+    return counts(*arguments), generate
 
 
-def list_touching(first, second, place, begin, over, lengths, halves, slot, column, b, rows, branch, found):
+def list_touching_aside(first, second, place, begin, over, lengths, halves, tilts, slot, column, b, rows, branch, found):
     """List what touches among the pairs ``begin`` to ``over``, of which the first eight are looked at.
 
     Args:
         first, second: rows of the pairs; eight from ``begin`` on have to exist in memory.
         place: (n, 4) coordinates and radii.
-        lengths, halves: of the box, three numbers each; the halves are infinite where it has no period.
+        lengths, halves, tilts: of the box, three numbers each; the halves are infinite where it has no period.
         slot: like ``first``; becomes ``column`` and the number of those that touch before, or 0.
         b: what the pair ``begin`` is called in ``rows`` and ``branch``, its place in a block; the next is ``b`` + 1.
         rows: (3, ...) those that touch, by appending; the column of the memory of each, or 0, at its ``b``; those that touch and
@@ -232,10 +252,13 @@ def list_touching(first, second, place, begin, over, lengths, halves, slot, colu
     """
     over = min(over, begin + np.uint64(LANES))
     some, at = slice(begin, over), slice(b, b + over - begin)
-    lengths, halves = np.array(lengths)[:, None], np.array(halves)[:, None]
     d = (place[first[some], :3] - place[second[some], :3]).T
-    d = np.where(d > halves, d - lengths, d)
-    branch[:, at] = d = np.where(d < -halves, d + lengths, d)
+    for axis in (2, 1, 0):
+        above, below = d[axis] > halves[axis], d[axis] < -halves[axis]
+        for moved, shift in ((axis, lengths[axis]), *((flow, tilts[k]) for flow, k in ASIDE[axis])):
+            d[moved] = np.where(above, d[moved] - shift, d[moved])
+            d[moved] = np.where(below, d[moved] + shift, d[moved])
+    branch[:, at] = d
     reach = place[first[some], 3] + place[second[some], 3]
     touch = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < reach * reach
     touched = slot[some] != 0
@@ -248,5 +271,11 @@ def list_touching(first, second, place, begin, over, lengths, halves, slot, colu
     return tuple(counts)
 
 
+def list_touching(first, second, place, begin, over, lengths, halves, tilts, slot, column, b, rows, branch, found):
+    """The same, if the box has no tilts."""
+    return list_touching_aside(first, second, place, begin, over, lengths, halves, tilts, slot, column, b, rows, branch, found)
+
+
 if not config.DISABLE_JIT:
     list_near, list_touching = intrinsic(_list_near), intrinsic(_list_touching)
+    list_touching_aside = intrinsic(_list_touching_aside)

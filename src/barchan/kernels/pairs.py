@@ -6,6 +6,7 @@ import numpy as np
 
 from barchan.kernels.cells import FOLD, PERIOD, SHAPE, WRAPS, cell_coordinate, line_number, line_place
 from barchan.kernels.compiler import helper, kernel, prange, widest_lanes
+from barchan.kernels.integrate import nearest_image
 from barchan.kernels.lanes import LANES, list_near
 from barchan.kernels.larger import TOGETHER, list_larger
 
@@ -234,6 +235,27 @@ def find_pairs_sparsely(number, parts, bounds, search, rooms, first, second, cou
             end, length = look(i, *nearby, search, period, looked, length, first, second, end, last, counts)
         ends[p] = keep_pairs(length, looked, search.ghost_rows, search.frozen, search.ids, first, second, end, last, counts)
         needed[p] = most
+
+
+@kernel()
+def keep_near(first, second, counts, place, reach, length, half, tilt):
+    """Keep the pairs whose surfaces are closer than ``reach`` in a box that tilts, of those that are so in the ``Upright`` one.
+    ``first`` and ``second``, pairs of one grain after another, and how many each has, ``counts``, are modified. Returns how many
+    there are."""
+    begin, end = 0, 0
+    for i in range(counts.shape[0]):
+        over, counts[i] = begin + counts[i], 0
+        for k in range(begin, over):
+            a, b = first[k], second[k]
+            dx, dy, dz = place[a, 0] - place[b, 0], place[a, 1] - place[b, 1], place[a, 2] - place[b, 2]
+            dx, dy, dz = nearest_image(dx, dy, dz, length, half, tilt)
+            far = place[a, 3] + place[b, 3] + reach
+            if dx * dx + dy * dy + dz * dz < far * far:
+                first[end], second[end] = a, b
+                counts[i] += 1
+                end += 1
+        begin = over
+    return end
 
 
 @kernel()

@@ -78,6 +78,7 @@ class Rules(NamedTuple):
     low: np.ndarray
     length: np.ndarray
     half: np.ndarray
+    tilt: np.ndarray
     rate: np.ndarray
     gravity: np.ndarray
     local_damping: float
@@ -142,14 +143,15 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
     barchan_start_watch(wire)
     while done < most and (several or not ends):
         fastest, bad = barchan_kick_drift_wrap(
-            place, motion, spin, bodies.image, force, torque, rules.low, rules.length, rules.half, dt)
+            place, motion, spin, bodies.image, force, torque, rules.low, rules.length, rules.half, rules.tilt, dt)
         for w in range(planes.point.shape[0]):
             for axis in range(3):
                 planes.point[w, axis] += dt * planes.velocity[w, axis]
         speed, ends = barchan_agree(wire, max(barchan_sqrt(fastest), rules.wall_speed), ends or bad != 0)
         nearer = approach + 2.0 * speed * dt
         if nearer > rules.skin:
-            barchan_measure_travel(own_place, then.seen, planes.point, then.point, rules.length, rules.half, wire.numbers)
+            barchan_measure_travel(own_place, then.seen, planes.point, then.point, rules.length, rules.half, rules.tilt,
+                                   wire.numbers)
             barchan_largest_of_all(wire)
             nearer = barchan_approach_after(wire.numbers)
         if ends or nearer > rules.skin:
@@ -166,8 +168,8 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
                 barchan_receive_ghosts(wire, force.shape[0], place, motion, spin)
             more, large_more, too_large_more = barchan_pair_forces(
                 rooms.pairs[part], first, second, n_owned, place, motion, spin, bodies.material, rules.n_materials, rules.table,
-                slot, history, out, lists.changed, rooms.rows, rooms.branch, rooms.fresh, rules.length, rules.half, rules.rate,
-                dt, rules.allowed_overlap, rules.max_overlap)
+                slot, history, out, lists.changed, rooms.rows, rooms.branch, rooms.fresh, rules.length, rules.half, rules.tilt,
+                rules.rate, dt, rules.allowed_overlap, rules.max_overlap)
             touching, large, too_large = touching + more, large + large_more, too_large + too_large_more
         if lists.wall_grain.shape[0] > 0:
             for w in range(planes.point.shape[0]):

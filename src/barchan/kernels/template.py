@@ -39,7 +39,9 @@ from barchan.kernels.gather import gather_forces_alone as barchan_gather_forces
 from barchan.kernels.integrate import kick_drift_wrap_alone as barchan_kick_drift_wrap
 from barchan.kernels.integrate import approach_after as barchan_approach_after
 from barchan.kernels.integrate import measure_travel as barchan_measure_travel
+from barchan.kernels.integrate import nearest_image as barchan_nearest_image
 from barchan.kernels.lanes import list_touching as barchan_list_touching
+from barchan.kernels.lanes import list_touching_aside as barchan_list_touching_aside
 from barchan.kernels.incidence import order_incidence_alone as barchan_order_incidence
 from barchan.kernels.planes import measure_plane_alone as barchan_measure_plane
 from barchan.kernels.wire import agree as barchan_agree
@@ -95,7 +97,7 @@ def barchan_contact(overlap, distance, arm_first, arm_second, nx, ny, nz, hx, hy
 
 @kernel(parallel=True)
 def pair_forces(parts, first, second, n_owned, place, motion, spin, material, stride, table, slot, history, out, changed, rows,
-                branch, fresh, box_length, box_half, box_rate, dt, allowed_overlap, max_overlap):
+                branch, fresh, box_length, box_half, box_tilt, box_rate, dt, allowed_overlap, max_overlap):
     """Forces of all pairs of grains that touch. Thread p looks at the candidates ``parts[p]`` to ``parts[p + 1]``.
 
     ``slot`` (0 or not in, new column out), ``history``, ``out`` and ``changed`` are modified; ``rows``, ``branch`` and ``fresh``
@@ -103,7 +105,9 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
     is counted by the owner of its first grain."""
     lengths = box_length[0], box_length[1], box_length[2]
     halves = box_half[0], box_half[1], box_half[2]
-    rates = box_rate[0], box_rate[1], box_rate[2]
+    tilts = box_tilt[0], box_tilt[1], box_tilt[2]
+    upright = tilts[0] == 0.0 and tilts[1] == 0.0 and tilts[2] == 0.0
+    rates = box_rate[0], box_rate[1], box_rate[2], box_rate[3], box_rate[4], box_rate[5]
     {hoisted}
     touching = 0
     large = 0
@@ -116,8 +120,7 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
             length = min(barchan_block, last - begin)
             found = barchan_none
             for b in range(barchan_zero, length, barchan_lanes):
-                found = {list}(first, second, place, begin + b, last, lengths, halves, slot, column, b, rows[p],
-                                              branch[p], found{list_also})
+                {find}
             count, news = found[0], found[1]
             for e in range(news):
                 b = rows[p, 2, e]
@@ -134,8 +137,8 @@ def pair_forces(parts, first, second, n_owned, place, motion, spin, material, st
                 dz = branch[p, 2, b]
                 ri = place[i, 3]
                 rj = place[j, 3]
-                vx = motion[i, 0] - motion[j, 0] + rates[0] * dx
-                vy = motion[i, 1] - motion[j, 1] + rates[1] * dy
+                vx = motion[i, 0] - motion[j, 0] + rates[0] * dx + (rates[3] * dy + rates[4] * dz)
+                vy = motion[i, 1] - motion[j, 1] + rates[1] * dy + rates[5] * dz
                 vz = motion[i, 2] - motion[j, 2] + rates[2] * dz
                 {gathered}
                 distance, nx, ny, nz, hx, hy, hz = barchan_separation(dx, dy, dz, vx, vy, vz, dt)
@@ -197,22 +200,29 @@ def wall_forces(grain, surface, place, motion, spin, material, wall_material, st
 '''
 
 
-#: What stands in it for laws that reach beyond touching: instead of ``barchan_list_touching``, one pair after another.
+#: How it finds what touches; a step is 10 % shorter where tilts are known to be 0.
+FIND = """if upright:
+                    found = barchan_list_touching(first, second, place, begin + b, last, lengths, halves, tilts, slot, column, b,
+                                                  rows[p], branch[p], found)
+                else:
+                    found = barchan_list_touching_aside(first, second, place, begin + b, last, lengths, halves, tilts, slot,
+                                                        column, b, rows[p], branch[p], found)"""
+
+#: The same for laws that reach beyond touching: one pair after another.
+FIND_HELD = """found = barchan_list_held(first, second, place, begin + b, last, lengths, halves, tilts, slot, column, b, rows[p],
+                                          branch[p], found, material, stride, table)"""
 HELD = '''
 @helper
-def barchan_list_held(first, second, place, begin, over, lengths, halves, slot, column, b, rows, branch, found, material, stride,
-                      table):
+def barchan_list_held(first, second, place, begin, over, lengths, halves, tilts, slot, column, b, rows, branch, found, material,
+                      stride, table):
     """List the pairs that touch, and those that did and are still within the law's reach."""
     count, news, before = found
     for c in range(min(barchan_lanes, over - begin)):
         k = begin + c
         i, j, was = first[k], second[k], slot[k] != 0
-        square = 0.0
-        for axis in range(3):
-            d = place[i, axis] - place[j, axis]
-            d = d - lengths[axis] if d > halves[axis] else d
-            d = d + lengths[axis] if d < -halves[axis] else d
-            branch[axis, b + c] = d
+        dx, dy, dz = place[i, 0] - place[j, 0], place[i, 1] - place[j, 1], place[i, 2] - place[j, 2]
+        dx, dy, dz = barchan_nearest_image(dx, dy, dz, lengths, halves, tilts)
+        branch[0, b + c], branch[1, b + c], branch[2, b + c] = dx, dy, dz
             square += d * d
         ri, rj = place[i, 3], place[j, 3]
         touch = square < (ri + rj) * (ri + rj)

@@ -95,5 +95,5 @@ def _potential(sim, rows):
     """Potential energy of each grain."""
     grains = sim.grains
     gx, gy, gz = Gravity(sim.gravity).at(sim.time)
-    x, y, z = (grains.view("position")[rows] + grains.view("image")[rows] * sim.box.length).T
+    x, y, z = sim.box.unwrapped(grains.view("position")[rows], grains.view("image")[rows]).T
     return -grains.view("mass")[rows] * (gx * x + gy * y + gz * z)

@@ -65,7 +65,7 @@ def powers(sim):
         np.concatenate([np.where(flows, total, 0.0), no_walls]),
         np.concatenate([by_bonds, no_walls]),
     ]
-    motion = -_power(grains.view("mass")[:, None] * velocity, sim.box.frame.rate * velocity)
+    motion = -_power(grains.view("mass")[:, None] * velocity, velocity @ sim.box.gradient.T)
     of_box = np.concatenate([by_box, bonds_by_box, np.where(flows, motion, 0.0)])
     actual, along, normal = exact_sums(within, sim.comm)[:, 0].tolist()
     of_gravity, of_walls, damping, bonds = exact_sums(columns, sim.comm)[:, 0].tolist()
@@ -78,7 +78,7 @@ def _parted(sim, first, second, some):
     chosen, place = np.flatnonzero(some & (first < sim.grains.n)), sim.grains.block("place", True)
     if not sim.box.moves:
         chosen = chosen[:0]
-    return chosen, sim.box.frame.rate * sim.box.difference(place[first[chosen], :3], place[second[chosen], :3])
+    return chosen, sim.box.difference(place[first[chosen], :3], place[second[chosen], :3]) @ sim.box.gradient.T
 
 
 def _power(force, velocity):
@@ -125,7 +125,7 @@ def _at_rest(sim):
         if begin < end:
             parts, *rooms = block_rooms(end, width, begin)
             pairs = (parts, contacts.first, contacts.second, np.uint32(grains.n), place, motion, spin, material)
-            sim.loops.pair_forces(*pairs, *law, *rooms, frame.length, frame.half, np.zeros(3), *still)
+            sim.loops.pair_forces(*pairs, *law, *rooms, frame.length, frame.half, frame.tilt, np.zeros(6), *still)
     count = len(contacts.wall_grain)
     if count:
         walls = (contacts.wall_grain, surface, place, motion, spin, material, contacts.wall_material)

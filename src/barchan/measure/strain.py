@@ -104,7 +104,7 @@ def holds_places(field):
 
 def followed(sim):
     """Places of this rank's grains as if no face were periodic: all periods that each has crossed count, (n, 3) [length]."""
-    return sim.grains.view("position") + sim.grains.view("image") * (sim.box.length * sim.box.periodic)
+    return sim.box.unwrapped(sim.grains.view("position"), sim.grains.view("image"))
 
 
 def _best_fit(comm, place, moved, reference):

@@ -157,15 +157,17 @@ class Contacts:
         ids, n_rows = self._ids[strangers], len(self._ids)
         return Remembered(n_pairs, count, rows, begin, entries, moved, columns, strangers, ids, n_rows)
 
-    def find(self, grains, grids, start, reach, met):
+    def find(self, grains, box, grids, start, reach, met):
         """Find all pairs whose surfaces are closer than ``reach`` [length]. Owned rows are in the order of the grids' cells, of
         which ``start`` tells where they begin. ``build`` has to follow.
 
         Args:
+            box: the ``Box``.
             met: (ghosts,) bool, those that are needed anyway; becomes True of those that are in a pair, too. Rows of pairs are
                 numbered as if there were no others.
         """
-        self.first, self.second, self._n_inner, self._offsets, self.seen = self.search.find(grains, grids, start, reach)
+        found = self.search.find(grains, box, grids, start, reach)
+        self.first, self.second, self._n_inner, self._offsets, self.seen = found
         border = slice(self._n_inner, self.n_pairs)
         if grains.n_ghost:
             room = np.empty(len(met), dtype=np.uint32)
@@ -312,7 +314,7 @@ class Contacts:
             return 0, 0, 0
         parts, *rooms = block_rooms(end, self.history_width, begin)
         pairs = (parts, self.first, self.second, np.uint32(grains.n))
-        frame = (setting.frame.length, setting.frame.half, setting.frame.rate)
+        frame = (setting.frame.length, setting.frame.half, setting.frame.tilt, setting.frame.rate)
         return loops.pair_forces(*pairs, *self._what_acts(grains, setting), *rooms, *frame, *_limits(setting))
 
     def memory_at_walls(self, begin):

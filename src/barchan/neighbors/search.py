@@ -41,21 +41,28 @@ class PairSearch:
     def __init__(self, store):
         self._store, self._pairs_per_grain, self._listed, self.seconds = store, 4.0, 64, 0.0
 
-    def find(self, grains, grids, start, reach):
+    def find(self, grains, box, grids, start, reach):
         """The pairs whose surfaces are closer than ``reach`` [length], as ``Pairs``.
 
         Args:
+            box: the ``Box``; it is the ``Upright`` one that is looked through.
             grids: ``Grids``; owned rows are in the order of their cells, of which ``start`` tells where they begin.
         """
         began, place, frozen = perf_counter(), grains.block("place", ghosts=True), grains.block("frozen", ghosts=True)
-        ghosts = cells.sorted_cells(place, grains.n, grains.n_ghost, grids)
+        upright = box.upright
+        there = upright.places(place)
+        ghosts = cells.sorted_cells(there, grains.n, grains.n_ghost, grids)
         seen = grains.working_room(4 * (len(place) + LANES)).reshape(4, -1)
-        kernels.see_places(place, ghosts[1], seen)
+        kernels.see_places(there, ghosts[1], seen)
         search = Search(start, *ghosts, seen, frozen, grains.view("id", ghosts=True), *grids, reach)
         counts, found = np.empty(grains.n, dtype=np.uint32), None
         while found is None:
             found = self._all_classes(search, counts)
         first, second = found
+        if upright.leans:
+            near = kernels.keep_near(first, second, counts, place, reach * (1.0 + ROUNDING), *box.frame[1:4])
+            first, second = first[:near], second[:near]
+            kernels.see_places(place, ghosts[1], seen)
         offsets = np.zeros((1 + (grains.n_ghost > 0) * min(2, len(grids.largest)), grains.n + 1), dtype=np.uint32)
         np.cumsum(counts, out=offsets[0, 1:])
         n_inner = len(first)

@@ -26,7 +26,7 @@ class Staleness:
     def __init__(self):
         self.also_when = None
         self.rebuilds, self.bound_13, self.shortest, self.total = 0, np.inf, np.inf, 0
-        self.last_step, self.approach, self._shrunk = None, 0.0, np.ones(3)
+        self.last_step, self.approach, self._deformed = None, 0.0, np.eye(3)
         self._widest = 0.0
 
     def remember(self, step):
@@ -35,7 +35,7 @@ class Staleness:
             self.shortest = min(self.shortest, step - self.last_step)
             self.total += step - self.last_step
             self.rebuilds += 1
-        self.last_step, self.approach, self._shrunk = step, 0.0, np.ones(3)
+        self.last_step, self.approach, self._deformed = step, 0.0, np.eye(3)
 
     def restart(self):
         """Do not count the interval that ends with a change of the scene."""
@@ -53,13 +53,13 @@ class Staleness:
     @property
     def nearer(self):
         """Bound on the approach of two surfaces since the rebuild, by what they moved and as the box shrank [length]."""
-        return self.approach + (1.0 - min(float(self._shrunk.min()), 1.0)) * self._widest
+        return self.approach + (1.0 - min(_stretches(self._deformed)[1], 1.0)) * self._widest
 
-    def squeeze(self, ratio, cutoff):
-        """Note that the box, and all distances with it, grew by these factors (3,) in this step. Of pairs that are not listed,
+    def squeeze(self, gradient, cutoff):
+        """Note that the box, and all distances with it, were deformed so (3, 3) in this step. Of pairs that are not listed,
         those whose centres were a ``cutoff`` apart come closest, and what they had approached before may grow, too."""
-        self._shrunk, self._widest = self._shrunk * ratio, cutoff
-        self.approach *= max(1.0, float(ratio.max()))
+        self._deformed, self._widest = gradient @ self._deformed, cutoff
+        self.approach *= max(1.0, _stretches(gradient)[0])
 
     def advance(self, speed, skin, dt):
         """Take a step of ``dt``, in which nothing was faster than ``speed``, into the bounds: of the approach, and of equation
@@ -81,3 +81,13 @@ class Staleness:
         """
         spread = np.asarray(displacements).reshape(3, 2).sum(axis=1)
         self.approach = min(2.0 * farthest, sqrt(float((spread**2).sum())))
+
+
+def _stretches(gradient):
+    """The largest and the least factor by which a length grows."""
+    if np.array_equal(gradient, np.eye(3)):
+        return 1.0, 1.0
+    if not (gradient - np.diag(np.diag(gradient))).any():
+        return float(gradient.max()), float(np.diag(gradient).min())
+    factors = np.linalg.svd(gradient, compute_uv=False)
+    return float(factors[0]), float(factors[-1])

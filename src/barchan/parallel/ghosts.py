@@ -47,9 +47,10 @@ class Ghosts:
         if self.comm.size == 1:
             return
         partners = sorted({*topology.neighbours(self.comm.rank, 2.0 * grids.largest[-1] + reach), *bonded})
-        sends = topology.sends(self.comm.rank, grains.block("place"), grids.largest, reach)
+        place = topology.box.upright.places(grains.block("place"))
+        sends = topology.sends(self.comm.rank, place, grids.largest, reach)
         if len(grids.largest) > 1:
-            sends = self._with_touching(sends, partners, grains.block("place"), grids, start, reach)
+            sends = self._with_touching(sends, partners, place, grids, start, reach)
         sends = _united(sends, bonded)
         self.get = Mapping.define(self.comm, sends, partners)
         names = grains.ghost_blocks()

@@ -1,4 +1,5 @@
-"""Which rank owns which part of space: the box cut into sub-domains, many for each rank, and the owner of each.
+"""Which rank owns which part of space: the box cut into sub-domains, many for each rank, and the owner of each. Where the box
+tilts they lean as it does: it is the ``Upright`` box that is cut.
 
 Several topologies may exist side by side; a ``Mapping`` brings rows from the owners of one to those of another.
 """
@@ -32,12 +33,14 @@ class Topology:
     @property
     def edge(self):
         """Edges of a sub-domain, (3,) [length]: as the box is stretched, they follow."""
-        return self.box.span / self.shape
+        return self.box.upright.span / self.shape
 
     def subdomain(self, position):
         """Number of the sub-domain of each point, (k,)."""
         numbers = np.empty(len(position), dtype=np.int64)
-        kernels.find_subdomains(np.ascontiguousarray(position), self.box.low, self.shape / self.box.span, self.shape, numbers)
+        box = self.box.upright
+        there = np.ascontiguousarray(box.places(position))
+        kernels.find_subdomains(there, box.low, self.shape / box.span, self.shape, numbers)
         return numbers
 
     def owner(self, position):
@@ -47,12 +50,13 @@ class Topology:
         return self.owners[self.subdomain(position)]
 
     def bounds(self, rank):
-        """Low and high corner of the brick around a rank's sub-domains; of an empty one where it has none."""
+        """Low and high corner of the brick around a rank's sub-domains in the ``Upright`` box; of an empty one if it has none."""
         places = np.stack(np.unravel_index(np.flatnonzero(self.owners == rank), self.shape), axis=1)
         if not len(places):
             return self.box.low.copy(), self.box.low.copy()
-        low, high = self.box.low + places.min(axis=0) * self.edge, self.box.low + (places.max(axis=0) + 1) * self.edge
-        return low, np.minimum(high, self.box.high)
+        box, edge = self.box.upright, self.edge
+        low, high = box.low + places.min(axis=0) * edge, box.low + (places.max(axis=0) + 1) * edge
+        return low, np.minimum(high, box.high)
 
     def neighbours(self, rank, reach):
         """Ranks with a sub-domain within ``reach`` [length] of one of this rank's, ascending."""
@@ -64,7 +68,7 @@ class Topology:
 
         Args:
             rank: their owner.
-            place: (n, 4) positions and radii [length].
+            place: (n, 4) positions in the ``Upright`` box and radii [length].
             largest: (classes,) radius of the largest grain of each size class on any rank, ascending [length].
             reach: how far beyond touching others must see them [length].
 
@@ -72,8 +76,8 @@ class Topology:
             Rank -> rows, ascending; ranks ascending.
         """
         _, border, span = self._surroundings(rank, 2.0 * largest[-1] + reach)
-        room = 64 + len(place) // 4
-        grid = (self.box.low, self.edge, self.shape / self.box.span, self.shape, np.array(self.box.periodic))
+        room, box = 64 + len(place) // 4, self.box.upright
+        grid = (box.low, self.edge, self.shape / box.span, self.shape, np.array(box.periodic))
         while True:
             rows, ranks = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int32)
             found = kernels.find_sends(place, *grid, span, self.owners, border, rank, largest, reach, _ROUNDING, rows, ranks)

@@ -50,8 +50,14 @@ def _head(sim, columns, count):
     thick = 0.5 * (sim.box.span - sim.box.length)  # LAMMPS wants a box of two dimensions to have a height
     low, high, periodic = (sim.box.low - thick).tolist(), (sim.box.high + thick).tolist(), sim.box.periodic
     faces = " ".join("pp" if wraps else "ff" for wraps in periodic)
-    bounds = "".join(f"{a!r} {b!r}\n" for a, b in zip(low, high))
+    tilt, name = sim.box.tilt.tolist(), ""
+    if any(tilt):  # LAMMPS gives the box around the leaning one, and then the tilts
+        xy, xz, yz = tilt
+        low = [low[0] + min(0.0, xy, xz, xy + xz), low[1] + min(0.0, yz), low[2]]
+        high = [high[0] + max(0.0, xy, xz, xy + xz), high[1] + max(0.0, yz), high[2]]
+        name = "xy xz yz "
+    bounds = "".join(f"{a!r} {b!r}{f' {aside!r}' if name else ''}\n" for a, b, aside in zip(low, high, tilt))
     return (
         f"ITEM: TIME\n{sim.time!r}\nITEM: TIMESTEP\n{sim.step_number}\nITEM: NUMBER OF ATOMS\n{count}\n"
-        f"ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {' '.join(columns)}\n"
+        f"ITEM: BOX BOUNDS {name}{faces}\n{bounds}ITEM: ATOMS {' '.join(columns)}\n"
     )
