@@ -68,14 +68,14 @@ class Deformation(NamedTuple):
             raise SceneError(
                 f"deformation: {shears[0][0]} and {shears[1][0]} are both given; a box is sheared in one way at a time"
             )
-        for name, axes, one in shears:
+        for name, _, one in shears:
             if isinstance(one, StressServo) and any(one is other for other in self[:3]):
                 raise SceneError(f"deformation: one StressServo stands for {name} and for an edge; give each its own")
             for number, wall in enumerate(walls):
-                if wall.kind != "plane" or any(wall.normal[axis] != 0.0 for axis in axes):
+                if wall.kind != "plane":
                     raise SceneError(
-                        f"deformation: {name} = {shown(one)}, but wall {number} ({wall.kind}) stands in the way; in a box that "
-                        f"is sheared walls must be planes along {' and '.join('xyz'[axis] for axis in axes)}"
+                        f"deformation: {name} = {shown(one)}, but wall {number} ({wall.kind}) would have to be "
+                        f"sheared with the box; only planes can stand in one that is"
                     )
 
     def rates(self, sim):
@@ -110,8 +110,9 @@ class StressServo:
 
     rate = steady + SHARE (stress - target) / (M dt), with M the stiffness of the sample if all grains moved with the box:
     1/V times the sum of k l^2 n^4 of all contacts, k what the normal force is over the overlap, l the branch and n its direction
-    along the axis; for a shear n^2 along both its axes. ``steady`` is the mean of the rate of late, so that a target that grows
-    steadily is followed without a lag. Stress and stiffness are looked up every ``LOOK`` steps.
+    along the axis; for a shear, of k l^2 (n_x^2 + n_z^2) / 4, as if contacts were as stiff to slide. ``steady`` is the mean of
+    the rate of late, so that a target that grows steadily is followed without a lag. Stress and stiffness are looked up every
+    ``LOOK`` steps.
 
     Args:
         stress: of the axes that it stands for, contacts and motion, compression positive; of a shear, positive where it resists
@@ -178,8 +179,11 @@ def _stiffness(sim, rows, columns):
     """What the stress grows by for each unit of strain, were all grains to move with the box [force/length^2]."""
     terms = []
     for pairs in touching_pairs(sim):
-        square, along = dot(pairs.branch, pairs.branch), (pairs.branch[rows] * pairs.branch[columns]).sum(axis=0)
-        terms.append(np.maximum(pairs.normal_force, 0.0) / pairs.overlap * along * along / square)
+        squares = pairs.branch**2
+        along = squares[rows].sum(axis=0)
+        stretched = along * along / dot(pairs.branch, pairs.branch)
+        moduli = stretched if rows[0] == columns[0] else 0.25 * (squares[rows[0]] + squares[columns[0]])
+        terms.append(np.maximum(pairs.normal_force, 0.0) / pairs.overlap * moduli)
     volume = float(np.prod(sim.box.span)) * len(rows) ** 2
     return float(exact_sums([np.concatenate([np.zeros(0), *terms])], sim.comm)[0, 0]) / volume
 

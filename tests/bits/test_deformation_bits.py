@@ -1,5 +1,5 @@
-"""A box that is stretched gives the same bits on any number of threads and ranks, over rebuilds, sharing of space anew and a
-stop: with servos, with walls, with bonds that break, with grains of several sizes."""
+"""A box that is stretched or sheared gives the same bits on any number of threads and ranks, over rebuilds, sharing of space anew
+and a stop: with servos, with walls, with bonds that break, with grains of several sizes."""
 
 import warnings
 
@@ -24,12 +24,16 @@ def threads_even_for_few_grains(monkeypatch):
 
 
 def scene(around, threads=1, with_grains=True):
-    """A crowd of two sizes, of which some are bonded; ``around``: periodic on all sides, or between a floor and a lid."""
+    """A crowd of two sizes, of which some are bonded; ``around``: "periodic" on all sides, or "between walls", a floor and a lid,
+    or "sheared" until the images are set back by a period, with one edge stretched."""
+    sheared, around = around == "sheared", around != "between walls"
     box = bc.Box((0.0,) * 3, (EDGE,) * 3, (True, True, around))
     sim = bc.Simulation(box, bc.laws.linear, GRAIN, 1e-3, (0.0, 0.0, -1.0), threads, bonds=GLUE)
     sim.max_overlap, sim.check_dt, sim.size_classes.separators = np.inf, False, (0.2,)
     one = bc.StressServo(lambda sim: 10.0 + 100.0 * sim.time, max_rate=0.5)
     sim.deformation = bc.Deformation(one, one, bc.StressServo(15.0, max_rate=0.4)) if around else bc.Deformation(one, y=-0.3)
+    if sheared:
+        sim.deformation = bc.Deformation(one, -0.1, one, xz=3.0)
     if not around:
         sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
         sim.add_wall(bc.Plane((0, 0, EDGE), (0, 0, -1), velocity=(0.5, 0.0, -0.2)))
@@ -58,18 +62,19 @@ def final_state(around, threads=1, also_when=None, shared_anew="it pays", stop=N
     return collect(sim)
 
 
-@pytest.fixture(scope="module", params=[True, False], ids=["periodic", "between walls"])
+@pytest.fixture(scope="module", params=["periodic", "between walls", "sheared"])
 def plain(request):
     return request.param, final_state(request.param)
 
 
 def test_the_state_is_worth_testing(plain):
     """Much touches, bonds broke and hold, grains went round, and the box is another one."""
-    _, state = plain
+    around, state = plain
     assert len(state.contacts.keys) > 500 and len(state.cracks) > 10 and len(state.bonds.keys) > 10
     assert state.fields["image"].any()
     stretched = state.about["stretched"]
     assert np.abs(np.diff([stretched["low"], stretched["high"]], axis=0)[0, :2] / EDGE - 1.0).min() > 0.005
+    assert (stretched["tilt"][1] < -1.0) == (around == "sheared"), "set back by a period"
 
 
 @pytest.mark.parametrize(

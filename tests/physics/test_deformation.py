@@ -1,4 +1,5 @@
-"""A periodic box that is stretched: what moves with it, what flies freely in it, what contacts feel, and what work it does."""
+"""A periodic box that is stretched or sheared: what moves with it, what flies freely in it, what contacts feel, and what work it
+does."""
 
 import warnings
 
@@ -32,7 +33,7 @@ def gas():
 
 def from_outside(sim):
     """Places at the full step, folded out, from the centre of the box on, by id."""
-    return sim.grains.sorted_by_id("position") + sim.grains.sorted_by_id("image") * sim.box.length - 0.5 * EDGE
+    return sim.box.unwrapped(sim.grains.sorted_by_id("position"), sim.grains.sorted_by_id("image")) - 0.5 * EDGE
 
 
 def test_edges_grow_as_told_about_the_centre():
@@ -70,6 +71,41 @@ def test_free_grains_fly_straight_on_in_space():
     np.testing.assert_allclose(there[:, 0], start[:, 0] + speed[:, 0] * t, atol=5e-4)
     np.testing.assert_allclose(there[:, 1], start[:, 1] + speed[:, 1] * t, atol=1e-12)
     np.testing.assert_allclose(there[:, 2], start[:, 2] * np.cosh(0.2 * t) + speed[:, 2] / 0.2 * np.sinh(0.2 * t), atol=5e-4)
+
+
+@pytest.mark.parametrize(("name", "flow", "along"), [("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2)])
+def test_what_is_at_rest_in_a_sheared_box_moves_with_the_flow(name, flow, along):
+    """Through several periods, of which the images are set back; immobile grains, too."""
+    sim, random = box(), np.random.default_rng(3)
+    sim.add_grains(random.uniform(0.1, 3.9, (20, 3)), 1e-4, mass=1.0, frozen=[True] * 5 + [False] * 15)
+    start = from_outside(sim)
+    sim.deformation = bc.Deformation(**{name: 3.0})
+    sim.run(1200)
+    expected = start.copy()
+    expected[:, flow] += 3.6 * start[:, along]
+    np.testing.assert_allclose(from_outside(sim), expected, rtol=0.0, atol=1e-11)
+    assert not sim.grains.velocity.any() and abs(sim.box.tilt).max() == pytest.approx(0.4 * EDGE)
+    assert sim.grains.image[:, flow].any() and not sim.box.outside(sim.grains.position).any()
+
+
+def test_free_grains_fly_straight_on_through_a_sheared_box():
+    """To rounding, over its faces; and as it stands still again, tilted."""
+    sim = gas()
+    start, velocity = from_outside(sim), sim.grains.sorted_by_id("velocity")
+    sim.deformation = bc.Deformation(xz=1.5)
+    sim.run(1)
+    speed = (from_outside(sim) - start) / sim.dt
+    np.testing.assert_allclose(speed[:, 0], velocity[:, 0] + 1.5 * start[:, 2], atol=1e-9)
+    sim.run(1999)
+    np.testing.assert_allclose(from_outside(sim), start + 2000 * sim.dt * speed, atol=1e-9)
+    assert np.abs(sim.grains.image).min(axis=0).max() == 0 and (np.abs(sim.grains.image) > 0).any(axis=0).all()
+    sim.deformation = bc.Deformation()
+    sim.run(1)
+    there, velocity = from_outside(sim), sim.grains.sorted_by_id("velocity")
+    tilt = sim.box.tilt[1]
+    sim.run(1000)
+    assert sim.box.tilt[1] == tilt != 0.0
+    np.testing.assert_allclose(from_outside(sim), there + 1000 * sim.dt * velocity, atol=1e-9)
 
 
 def test_grains_that_only_the_box_brings_together_are_found():
@@ -125,30 +161,35 @@ def deep_overlaps_are_meant():
         yield
 
 
-def test_no_place_in_the_box_is_special():
+@pytest.mark.parametrize("shear", [{}, {"xy": 2.0}, {"xz": -4.0}, {"yz": 1.0}], ids=["stretched", "xy", "xz", "yz"])
+def test_no_place_in_the_box_is_special(shear):
     """The same grains elsewhere, so that others meet across its faces, do the same: with friction, dashpots and memory."""
     here, there = crowd(), crowd(shift=np.array([1.7, 0.9, 2.3]))
     for sim in (here, there):
-        sim.deformation = bc.Deformation(-0.5, 0.3, -0.2)
+        sim.deformation = bc.Deformation(-0.5, 0.3, -0.2, **shear)
         sim.run(400)
     for field in ("velocity", "omega", "force"):
         one, other = (sim.grains.sorted_by_id(field) for sim in (here, there))
         np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-7 * np.abs(one).max())
 
 
-def test_the_box_does_the_work_that_stress_and_rate_say():
+@pytest.mark.parametrize("shear", [0.0, 2.0], ids=["stretched", "sheared"])
+def test_the_box_does_the_work_that_stress_and_rate_say(shear):
     """Without dissipation what the grains have gained is the sum of - V stress : rate dt, with the error of the step."""
     errors = []
     for step in (1e-3, 5e-4):
-        sim = crowd(bc.Material("smooth", density=1.0, kn=1e3, kt=1.0, friction=0.0), dt=step)
-        rate = np.array([-0.5, 0.3, -0.2])
-        sim.deformation = bc.Deformation(*rate)
+        sim, random = box(bc.Material("smooth", density=1.0, kn=1e3, kt=1.0, friction=0.0), dt=step), np.random.default_rng(5)
+        radius = random.uniform(0.25, 0.35, 300)
+        sim.add_grains(scatter(sim.box, radius, seed=1).position, radius, velocity=random.normal(size=(300, 3)))
+        rate = np.diag([0.0, 0.3, -0.2]) if shear else np.diag([-0.5, 0.3, -0.2])
+        rate[0, 2] = shear
+        sim.deformation = bc.Deformation(*np.diag(rate), xz=shear or None)
         sim.run(1)
         begin, work, powers = EnergyBudget().compute(sim).total, 0.0, []
         for _ in range(round(0.2 / step)):
-            powers.append(-np.prod(sim.box.length) * (np.diag(stress(sim).total) * rate).sum())
+            powers.append(-np.prod(sim.box.length) * (stress(sim).total * rate).sum())
             sim.run(1)
-        powers.append(-np.prod(sim.box.length) * (np.diag(stress(sim).total) * rate).sum())
+        powers.append(-np.prod(sim.box.length) * (stress(sim).total * rate).sum())
         work = step * (np.sum(powers) - 0.5 * (powers[0] + powers[-1]))
         gained = EnergyBudget().compute(sim).total - begin
         assert abs(work) > 0.02 * begin
@@ -156,8 +197,8 @@ def test_the_box_does_the_work_that_stress_and_rate_say():
     assert errors[1] < 0.01 and errors[1] < 0.7 * errors[0], errors
 
 
-@pytest.mark.parametrize("law", ["linear", "hertz_mindlin"])
-def test_the_energy_account_knows_the_work_of_the_box(law):
+@pytest.mark.parametrize(("law", "shear"), [("linear", None), ("linear", 2.0), ("hertz_mindlin", None)])
+def test_the_energy_account_knows_the_work_of_the_box(law, shear):
     """With friction, dashpots and bonds: what is left over is small, and falls with the step."""
     left = []
     for step in (4e-4, 2e-4):
@@ -172,7 +213,7 @@ def test_the_energy_account_knows_the_work_of_the_box(law):
         radius = random.uniform(0.25, 0.35, 300)
         sim.add_grains(scatter(sim.box, radius, seed=1).position, radius)
         sim.install_bonds(-0.02, among=np.arange(100))
-        sim.deformation = bc.Deformation(-0.5, 0.3, -0.8)
+        sim.deformation = bc.Deformation(-0.5, 0.3, -0.8, xz=shear)
         account = EnergyAccount()
         sim.writers.append(account)
         sim.run(round(0.3 / step))
@@ -206,8 +247,8 @@ def test_dashpots_feel_how_fast_the_box_brings_grains_together():
     sim.deformation = bc.Deformation(*rates)
     sim.run(1000)
     cell, mass = sim.box.length / 4.0, sim.grains.mass[0]
-    force = 1e3 * (1.0 - cell) - 3.0 * 0.5 * mass * sim.box.frame.rate * cell
-    np.testing.assert_allclose(sim.box.frame.rate, rates, rtol=1e-4)
+    force = 1e3 * (1.0 - cell) - 3.0 * 0.5 * mass * sim.box.frame.rate[:3] * cell
+    np.testing.assert_allclose(sim.box.frame.rate[:3], rates, rtol=1e-4)
     np.testing.assert_allclose(np.diag(stress(sim).contact), force * cell / cell.prod(), rtol=1e-10)
 
 
@@ -226,6 +267,35 @@ def test_a_servo_holds_a_stress(axes):
     np.testing.assert_allclose(np.diag(stress(sim).total), wanted, rtol=0.005)
 
 
+def test_the_shear_stress_of_a_crystal_is_that_of_its_springs():
+    """Simple cubic, grains free to spin: those in a layer touch those above, and slide on them, by the springs kt: the modulus is
+    kt / 2 over the diameter, less the pressure, since normals lean."""
+    material = bc.Material("rough", density=1.0, kn=1e3, kt=4e2, gamma_n=3.0, gamma_t=3.0, friction=1e3)
+    sim = crystal(material)
+    sim.deformation, sim.damping = bc.Deformation(-0.02, -0.02, -0.02), bc.Damping(local=0.5)
+    sim.run(1000)
+    strain, cell = 2e-4, sim.box.length[0] / 4.0
+    sim.deformation = bc.Deformation(xz=strain)
+    sim.run(1000)
+    sim.deformation = bc.Deformation()
+    sim.run(3000)
+    found = stress(sim).total
+    pressure = 1e3 * (1.0 - cell) / cell**2
+    np.testing.assert_allclose(np.diag(found), pressure, rtol=1e-4)
+    assert -found[0, 2] / strain == pytest.approx(0.5 * 4e2 / cell - pressure, rel=1e-3)
+
+
+def test_a_servo_holds_a_shear_stress():
+    """Of a crystal whose grains stick, and of one that is pulled the other way."""
+    for target in (2.0, -1.0):
+        sim = crystal(bc.Material("rough", density=1.0, kn=1e3, kt=4e2, gamma_n=3.0, gamma_t=3.0, friction=1e3))
+        sim.damping = bc.Damping(local=0.5)
+        sim.deformation = bc.Deformation(z=bc.StressServo(20.0, max_rate=0.5), xz=bc.StressServo(target, max_rate=0.2))
+        sim.run(6000)
+        found = stress(sim).total
+        assert (found[2, 2], -found[0, 2]) == (pytest.approx(20.0, rel=0.005), pytest.approx(target, rel=0.01))
+
+
 def test_what_cannot_be_stretched_is_refused():
     sim = bc.Simulation(bc.Box((0, 0, 0), (4, 4, 4), (True, True, False)), bc.laws.linear, SOFT, 1e-3)
     sim.add_grains([(2, 2, 2)], 0.4)
@@ -242,3 +312,27 @@ def test_what_cannot_be_stretched_is_refused():
     sim.deformation = 0.1
     with pytest.raises(SceneError, match=r"deformation = 0.1 must be a barchan.Deformation"):
         sim.run(1)
+    sim.deformation = bc.Deformation(xz=1.0)
+    with pytest.raises(SceneError, match=r"deformation: xz = 1\.0, but the box is not periodic along z"):
+        sim.run(1)
+    sim.deformation = bc.Deformation(xy=1.0)
+    sim.add_wall(bc.Mesh([(0.5, 0.5, 3.5), (1.5, 0.5, 3.5), (0.5, 1.5, 3.5)], [(0, 1, 2)]))
+    with pytest.raises(SceneError, match=r"xy = 1\.0, but wall 0 \(mesh\) would have to be sheared with the box; only planes"):
+        sim.run(1)
+
+
+def test_shears_that_cannot_be_are_refused():
+    sim, servo = gas(), bc.StressServo(1.0, max_rate=1.0)
+    for deformation, message in (
+        (bc.Deformation(xy=1.0, yz=0.0), "xy and yz are both given; a box is sheared in one way at a time"),
+        (bc.Deformation(z=servo, xz=servo), "one StressServo stands for xz and for an edge; give each its own"),
+        (bc.Deformation(xz="fast"), r"deformation: xz = .* \[1/time\] must be a finite number"),
+    ):
+        sim.deformation = deformation
+        with pytest.raises(SceneError, match=message):
+            sim.run(1)
+    sim = gas()
+    sim.skin, sim.deformation = 1.9, bc.Deformation(xz=0.1)
+    with pytest.raises(SceneError, match=r"at least two cut-offs, .* times 1\.281 as it is sheared"):
+        sim.run(1)
+    assert sim.step_number == 0

@@ -62,7 +62,6 @@ class PairSearch:
         if upright.leans:
             near = kernels.keep_near(first, second, counts, place, reach * (1.0 + ROUNDING), *box.frame[1:4])
             first, second = first[:near], second[:near]
-            kernels.see_places(place, ghosts[1], seen)
         offsets = np.zeros((1 + (grains.n_ghost > 0) * min(2, len(grids.largest)), grains.n + 1), dtype=np.uint32)
         np.cumsum(counts, out=offsets[0, 1:])
         n_inner = len(first)
@@ -70,6 +69,8 @@ class PairSearch:
             n_inner = int(kernels.inner_first(first, second, offsets, *np.empty((2, len(first)), np.uint32)))
         if len(offsets) == 3:
             first, second = self._with_smaller_ghosts(search, first, second, offsets[2])
+        if upright.leans:
+            kernels.see_places(place, ghosts[1], seen)
         self.seconds = perf_counter() - began
         return Pairs(first, second, n_inner, offsets, seen)
 
