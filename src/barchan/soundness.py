@@ -324,8 +324,9 @@ def foreign(there, here):
     difference = _difference(there["materials"], here["materials"]) or _difference(*spaces)
     if difference:
         return difference
-    servos = ([one is not None for one in about["stretched"]["servos"]] for about in (there, here))
-    difference = _difference(*({"axes with a StressServo": axes} for axes in servos))
+    rates = ("x", "y", "z", "xy", "xz", "yz")
+    servos = ([rate for rate, one in zip(rates, about["stretched"]["servos"]) if one is not None] for about in (there, here))
+    difference = _difference(*({"what a StressServo finds": found} for found in servos))
     if difference:
         return difference
     walls, own_walls = ([_named(wall) for wall in about["walls"]] for about in (there, here))

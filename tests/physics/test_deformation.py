@@ -120,6 +120,22 @@ def test_grains_that_only_the_box_brings_together_are_found():
     assert sim.touching == 64 * 2 and sim.staleness.rebuilds > 5, "along x and y, z is longer"
 
 
+def test_layers_that_only_a_shear_brings_together_are_found():
+    """At rest in the box, on gaps of the layers below, until they lie on their grains."""
+    sim, third = box(dt=1e-3), EDGE / 3.0
+    for layer in range(4):
+        sim.add_grains(
+            [(third * (i + 0.25 + 0.5 * (layer % 2)), third * (j + 0.5), layer + 0.5) for i in range(3) for j in range(3)],
+            0.55,
+            mass=1e6,
+        )
+    sim.skin, sim.deformation = 0.02, bc.Deformation(xz=1.0)
+    sim.run(100)
+    assert sim.contacts.n_pairs == 0
+    sim.run(600)
+    assert sim.touching == 36 and sim.staleness.rebuilds > 5
+
+
 def test_a_box_that_becomes_too_short_ends_the_run_as_it_was():
     sim = gas()
     sim.skin, sim.deformation = 0.9, bc.Deformation(x=-0.5)

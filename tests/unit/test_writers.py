@@ -197,6 +197,20 @@ def test_a_state_without_forces_is_not_written(tmp_path):
 # -- the dump --------------------------------------------------------------------------------------------------------
 
 
+def test_a_dump_of_a_sheared_box_has_its_tilts(tmp_path):
+    """As LAMMPS writes them: the bounds of the parallelepiped, then xy xz yz."""
+    soft = bc.Material("soft", density=1.0, kn=1.0, kt=1.0, friction=0.0)
+    sim = bc.Simulation(bc.Box((0, 0, 0), (4, 2, 3), (True,) * 3), bc.laws.linear, soft, 1e-3)
+    sim.add_grains([(1.0, 1.0, 1.0)], 0.1)
+    sim.deformation = bc.Deformation(xz=-0.5)
+    sim.writers.append(bc.writers.LammpsDump(tmp_path, bc.Every(500)))
+    sim.run(500)
+    head = (tmp_path / "grains_000000000500.dump").read_text().partition("ITEM: BOX BOUNDS ")[2].splitlines()
+    assert head[0] == "xy xz yz pp pp pp"
+    bounds = np.array([line.split() for line in head[1:4]], dtype=np.float64)
+    np.testing.assert_allclose(bounds, [[-0.75, 4.0, 0.0], [0.0, 2.0, -0.75], [0.0, 3.0, 0.0]], atol=1e-12)
+
+
 def test_a_dump_has_the_numbers_of_the_frame(tmp_path):
     """To the last bit; atoms and types count from 1. Other programs read it in ``tests/peers/test_read_back.py``."""
     sim = pile(tmp_path)
