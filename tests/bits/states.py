@@ -133,8 +133,22 @@ def flow(shape="disc", with_grains=True, **options):
     return sim
 
 
+def sheared(with_grains=True, **options):
+    """Grains that are kept under a stress and sheared until the images are set back by a period; without grains to restore."""
+    rough = bc.Material("rough", density=1.0, kn=1e4, kt=4e3, gamma_n=3.0, gamma_t=1.0, friction=0.5)
+    sim = bc.Simulation(bc.Box((0, 0, 0), (8, 6, 7), (True,) * 3), bc.laws.linear, rough, 1e-3, **options)
+    sim.max_overlap, sim.deformation = np.inf, bc.Deformation(y=-0.1, z=bc.StressServo(100.0, max_rate=0.5), xz=6.0)
+    if with_grains:
+        random = np.random.default_rng(9)
+        cells = np.stack(np.meshgrid(*map(np.arange, (8, 6, 7)), indexing="ij"), axis=-1).reshape(-1, 3) + 0.5
+        sim.add_grains(cells, random.uniform(0.44, 0.5, len(cells)), velocity=random.normal(0.0, 1.0, cells.shape))
+    return sim
+
+
 def named(name, with_grains=True):
-    """The dense state of a law by its name, or "bonded"; without grains it is one to restore."""
+    """The dense state of a law by its name, "bonded" or "sheared"; without grains it is one to restore."""
+    if name == "sheared":
+        return sheared(with_grains)
     if name == "bonded":
         return bonded() if with_grains else empty(bc.laws.linear, bonds=KINDS)
     return (dense if with_grains else empty)(bc.laws.SHIPPED[name])

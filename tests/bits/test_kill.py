@@ -26,19 +26,19 @@ def start(scene, gravity, directory, *more):
 
 #: Those of every commit: a memory of each kind, and both ways of making steps. The others at full size.
 ALWAYS = [("silbert", "turning"), ("jkr", "turning"), ("hertz_mindlin_rolling", "turning"), ("hertz_mindlin", "steady")]
-ALWAYS += [("bonded", "turning")]
+ALWAYS += [("bonded", "turning"), ("sheared", "turning")]
 
 CASES = [
     pytest.param(scene, gravity, marks=[] if (scene, gravity) in ALWAYS else [pytest.mark.validate])
-    for scene in (*bc.laws.SHIPPED, "bonded")
+    for scene in (*bc.laws.SHIPPED, "bonded", "sheared")
     for gravity in (("turning", "steady") if scene == "hertz_mindlin" else ("turning",))
 ]
 
 
 @pytest.mark.parametrize("scene, gravity", CASES)
 def test_killed_runs_end_with_the_same_bits(scene, gravity, tmp_path):
-    """Each law, and bonds, are killed three times: at two random moments of the run and once inside the write of a checkpoint, on
-    a dense state (see test_same_bits), also while many steps are made in one call."""
+    """Each law, bonds, and a box that is sheared, are killed three times: at two random moments of the run and once inside the
+    write of a checkpoint, on a dense state (see test_same_bits), also while many steps are made in one call."""
     moments = random.Random(scene)
     kills = 0
     for _ in range(2):

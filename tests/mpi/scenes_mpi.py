@@ -103,7 +103,8 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-SCENES = {made.__name__: made for made in (dense, steady, rolling, sticky, gas, chute, laboratory, states.bonded, states.flow)}
+MADE = (dense, steady, rolling, sticky, gas, chute, laboratory, states.bonded, states.flow, states.sheared)
+SCENES = {made.__name__: made for made in MADE}
 
 
 def state_after(name, steps, change=None, **options):
