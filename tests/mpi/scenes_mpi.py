@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import states
+from meshed import meshed
 
 import barchan as bc
 from barchan.checkpoint import collect
@@ -103,7 +104,8 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-SCENES = {made.__name__: made for made in (dense, steady, rolling, sticky, gas, chute, laboratory, states.bonded, states.flow)}
+OF_ALL_KINDS = dense, steady, rolling, sticky, gas, chute, laboratory, states.bonded, states.flow, meshed
+SCENES = {made.__name__: made for made in OF_ALL_KINDS}
 
 
 def state_after(name, steps, change=None, **options):
