@@ -2,7 +2,6 @@
 
 from math import exp, pi, sqrt
 
-import meshes
 import numpy as np
 import pytest
 
@@ -143,22 +142,6 @@ def test_work_of_what_moves_as_told(squeeze):
         assert found.walls == pytest.approx(0.5 * stiffness * (0.02 * sim.time) ** 2, rel=0.01)
         assert found.elastic == pytest.approx(found.walls, rel=0.01)
     assert found.walls > 1e-5 and abs(found.residual) < 1e-3 * found.largest
-
-
-@pytest.mark.parametrize("motion", [{"velocity": (0.3, 0.1, 0.4)}, {"omega": (0.2, 1.5, 0.3)}], ids=["moves", "turns"])
-def test_work_of_a_mesh(motion):
-    """A closed mesh that shoves grains aside, and one that stirs them: nothing is left over but the error of the step."""
-    residuals = []
-    for dt in (4e-4, 2e-4):
-        sim = scene(bc.laws.linear, dt, (0.0, 0.0, -5.0), kn=1e4, kt=3e3, gamma_n=20.0, gamma_t=5.0, friction=0.5)
-        sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
-        sim.add_wall(bc.Mesh(*meshes.box((-1.5, -0.3, 0.1), (1.5, 0.3, 0.9)), **motion))
-        sim.add_grains([(x, y, 0.5) for x in (-1.0, 0.0, 1.0) for y in (-0.85, 0.85)], 0.5)
-        sim.run(round(1.0 / dt))
-        found = account(sim)
-        residuals.append(found.residual / found.largest)
-        assert found.walls > 0.05
-    assert abs(residuals[0]) < 1e-4 and abs(residuals[1]) < 0.6 * abs(residuals[0])
 
 
 def test_a_frozen_grain_that_rises_costs_gravity_nothing():
