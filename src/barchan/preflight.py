@@ -12,6 +12,7 @@ from barchan.domain import SHEARS
 from barchan.errors import LawError, LostGrainError, NotFiniteError, OverlapError, SceneError
 from barchan.forces import Damping
 from barchan.measure import contact_table
+from barchan.walls.control import check_controls
 from barchan.words import shown
 
 #: Overlap, relative to the radius, at which the stiffness of a law is taken for the stable time step.
@@ -206,14 +207,7 @@ def check_settings(sim):
     if not isinstance(sim.deformation, Deformation):
         raise SceneError(f"deformation = {shown(sim.deformation)} must be a barchan.Deformation, such as Deformation(x=-0.1)")
     sim.deformation.check(sim.box, sim.walls)
-    seen = {}
-    for number, wall in enumerate(sim.walls):
-        first = seen.setdefault(id(wall.control), number) if getattr(wall.control, "memory", ()) else number
-        if first != number:
-            raise SceneError(
-                f"walls {first} and {number} share one {type(wall.control).__name__}, whose memory is that of one wall; "
-                f"give each its own"
-            )
+    check_controls(sim.walls)
 
 
 def check_prepared(what, *ready):
@@ -364,6 +358,20 @@ def check_box(sim, cutoff, ratio=1.0):
 
 def _times(spread):
     return f", times {spread:.4g} as it is sheared" if spread != 1.0 else ""
+
+
+def check_walls(sim, sizes):
+    """Refuse walls that these grains cannot be meant for.
+
+    Args:
+        sizes: a ``Survey`` of all grains.
+
+    Raises:
+        SceneError: naming the wall.
+    """
+    for number, wall in enumerate(sim.walls):
+        if sizes.widest > 0.0:
+            wall.check_sizes(sizes.typical, f"wall {number} ({wall.kind})")
 
 
 def check_time_step(sim, stable):

@@ -208,6 +208,7 @@ class Simulation(Assembly):
         self._take_up_sizes()
         if not (self._primed and self._listed):
             preflight.check_box(self, self._scope.cutoff)
+            preflight.check_walls(self, self._scope.sizes)
             self.rebuild()
         if not self._primed:
             self.compute_forces(0.0)

@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import states
+from meshed import meshed
 
 import barchan as bc
 from barchan.checkpoint import collect
@@ -103,8 +104,8 @@ def avalanche(threads=1, comm=None):
     return sim
 
 
-MADE = (dense, steady, rolling, sticky, gas, chute, laboratory, states.bonded, states.flow, states.sheared)
-SCENES = {made.__name__: made for made in MADE}
+OF_ALL_KINDS = dense, steady, rolling, sticky, gas, chute, laboratory, states.bonded, states.flow, states.sheared, meshed
+SCENES = {made.__name__: made for made in OF_ALL_KINDS}
 
 
 def state_after(name, steps, change=None, **options):

@@ -1,6 +1,7 @@
 """Meshes: where grains touch them, in closed form; how many contacts there are; no grain goes through; no mesh that is none."""
 
 import sys
+import warnings
 
 import meshes
 import numpy as np
@@ -9,8 +10,10 @@ from scenes import NOTHING, SOFT, fingerprint, simulation
 
 import barchan as bc
 from barchan.errors import OverlapError, SceneError
-from barchan.measure import contact_table, triangle_forces
+from barchan.measure import contact_table, triangle_forces, triangle_torques
 from barchan.parallel import virtual_ranks
+from barchan.walls import Servo
+from barchan.walls.topology import welded
 
 pytestmark = pytest.mark.filterwarnings("ignore:step .* overlap by more than")
 
@@ -320,20 +323,98 @@ def test_what_is_no_mesh_is_refused(make, message):
         make()
 
 
+@pytest.mark.parametrize(("factor", "ok"), [(5e-3, False), (0.05, True), (1.0, True), (4e7, False)])
+def test_a_mesh_is_of_a_size_that_grains_can_touch(factor, ok):
+    """Extents of 0.02, 0.2, 4 and 1.6e8 for grains of radius 1 in a box of 5 or 1e7."""
+    sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)) if factor < 10.0 else bc.Box((0, 0, 0), (1e7, 1e7, 1e7)))
+    sim.add_wall(bc.Mesh(np.multiply(CUBE[0] - 10.0, factor) + 2.5, CUBE[1]))
+    sim.add_grains([(1, 1, 1)], 1.0)
+    sim.max_overlap = np.inf
+    if ok:
+        sim.run(1)
+    else:
+        with pytest.raises(
+            SceneError, match=r"wall 0 .mesh.: it extends over .* typical grain has a radius of 1: is its unit right"
+        ):
+            sim.run(1)
+
+
+def test_cracks_and_small_holes_are_told():
+    """A ball without one triangle, and one whose triangles lack common vertices by the rounding of a file; sheets are none."""
+    vertices, triangles = meshes.ball(3.0, 3)
+    with pytest.warns(UserWarning, match="mesh: it has holes, 3 edges of one triangle only, but small ones"):
+        bc.Mesh(vertices, triangles[1:])
+    with pytest.warns(UserWarning, match="mesh: 1[0-9]{3} of 1[0-9]{3} open edges nearly meet others.* it has cracks"):
+        bc.Mesh(vertices + np.random.default_rng(1).uniform(-1e-6, 1e-6, vertices.shape), triangles)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bc.Mesh(vertices + np.random.default_rng(1).uniform(-1e-12, 1e-12, vertices.shape), triangles, inside=True)
+        for kind in ("two", "regular", "slivers", "random"):
+            bc.Mesh(*meshes.floor(kind))
+        bc.Mesh(*meshes.tube(1.0, 100.0, 20, 30))
+        bc.Mesh(*CUBE)
+
+
+def test_vertices_that_meet_across_a_period_are_one():
+    """Also where rounding takes one of them to the other end."""
+    places = np.array([(0.0, 1, 2), (6.0, 1, 2), (6.0 - 1e-13, 1, 2), (-1e-14, 1.0 + 1e-12, 2), (3, 1, 2)])
+    for shift in (0.0, 1e-3, 2.5):
+        assert len(set(welded(np.add(places, (shift, 0, 0)), (6.0, 0, 0))[:4].tolist())) == 1
+        assert len(set(welded(np.add(places, (shift, 0, 0))).tolist())) == 3
+
+
+def lid(wall, control=None):
+    """Grains in a row on a floor, and a wall above them."""
+    sim = simulation(dt=1e-3, properties=SOFT | {"gamma_n": 20.0})
+    sim.add_wall(bc.Plane((0, 0, 1), (0, 0, 1)))
+    wall.control = control
+    sim.add_wall(wall)
+    sim.add_grains([(x, 10.0, 1.49) for x in (6.0, 8.0, 10.0, 12.0)], 0.5)
+    return sim
+
+
+def test_a_servo_pushes_a_mesh_as_it_pushes_a_plane():
+    """To the force, on the same way, while it slides along itself; what presses on it is the force against its direction."""
+    sims = []
+    for wall in (
+        bc.Mesh(meshes.floor("random")[0] + (0, 0, 2.1), meshes.floor("random")[1], velocity=(0.1, 0, 0), towards=(0, 0, -3)),
+        bc.Plane((0, 0, 2.1), (0, 0, -1), velocity=(0.1, 0, 0)),
+    ):
+        sim = lid(wall, Servo(max_speed=2.0, force=60.0))
+        sim.run(3000)
+        sims.append(sim)
+    mesh, plane = (sim.walls[1] for sim in sims)
+    assert mesh.pressing == pytest.approx(60.0, rel=1e-3) and mesh.pressing == pytest.approx(plane.pressing, rel=1e-9)
+    assert mesh.pressing == -mesh.force @ mesh.towards and mesh.towards.tolist() == [0.0, 0.0, -1.0]
+    assert mesh.point[2] == pytest.approx(plane.point[2], rel=1e-9) and mesh.velocity[0] == 0.1
+    assert mesh.response.stiffness == pytest.approx(plane.response.stiffness, rel=1e-9)
+
+
+@pytest.mark.parametrize("wall", [bc.Mesh(*CUBE), bc.Cone((9, 9, 9), (0, 0, 1), 1.0, 2.0, 1.0)], ids=["mesh", "cone"])
+def test_a_wall_that_does_not_know_where_to_is_not_pushed(wall):
+    sim = lid(wall, Servo(max_speed=2.0, force=60.0))
+    with pytest.raises(SceneError, match=r"wall 1 .(mesh|cone).: a Servo cannot push it, since it is not known where to; "):
+        sim.run(1)
+
+
 def test_forces_on_triangles_are_told_one_by_one(monkeypatch):
     """Three grains on known faces of a cube; their sum is the force on the mesh, on several ranks, too."""
 
     def program():
-        mesh = bc.Mesh(*CUBE)
+        mesh = bc.Mesh(*CUBE, point=(9, 9, 9))
         sim = touching(mesh, (9, 11, 12.47), (11, 9, 12.48), (12.47, 10.5, 9))
-        return triangle_forces(sim, mesh), mesh.force
+        return triangle_forces(sim, mesh), mesh.force, triangle_torques(sim, mesh), mesh.torque
 
     expected = np.zeros((12, 3))
     expected[[2, 3, 10, 11]] = np.nan  # on faces z = 12 and x = 12, either of two triangles
     for ranks, at_a_time in ((1, 10_000), (2, 10_000), (1, 5)):
         monkeypatch.setattr(sys.modules["barchan.measure.triangle_forces"], "AT_A_TIME", at_a_time)
-        forces, force = virtual_ranks(ranks, program)[-1]
+        forces, force, torques, torque = virtual_ranks(ranks, program)[-1]
         np.testing.assert_allclose(forces.sum(axis=0), force, atol=1e-12)
+        np.testing.assert_allclose(torques.sum(axis=0), torque, atol=1e-11)
+        middle = 10.0 * np.cross((3, 1.5, 0), (-3, 0, 0)) / 10.0  # of the grain at x = 12, y = 10.5, z = 9
+        np.testing.assert_allclose(torques[[10, 11]].sum(axis=0), 10.0 * middle, atol=1e-9)
+        assert ((torques != 0.0).any(axis=1) <= (forces != 0.0).any(axis=1)).all()
         assert not forces[np.isfinite(expected).all(axis=1)].any()
         np.testing.assert_allclose(np.sort(forces[[2, 3], 2]), [-30.0, -20.0])
         assert sorted(forces[[10, 11], 0]) == pytest.approx([-30.0, 0.0])

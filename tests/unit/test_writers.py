@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import h5py
+import meshes
 import numpy as np
 import pytest
 import written
@@ -23,7 +24,7 @@ from barchan.checkpoint import restore, save
 from barchan.errors import BarchanError, OutputError, RankError, ResultError, SceneError
 from barchan.measure import KineticEnergy, contact_table
 from barchan.parallel import virtual_ranks
-from barchan.writers import ContactFrames, GrainFrames, frames, read_grain_frame
+from barchan.writers import ContactFrames, GrainFrames, MeshFrames, frames, read_grain_frame
 from barchan.writers.vtkhdf import read_polydata
 
 pytestmark = pytest.mark.filterwarnings("ignore:step .* overlap by more than")
@@ -88,6 +89,37 @@ def test_contacts_are_lines_that_never_cross_the_box(tmp_path):
     assert cells["overlap"] == pytest.approx([0.1, 0.05, 0.03])
     assert cells["normal_force"] == pytest.approx([100.0, 50.0, 30.0])
     assert cells["force"] == pytest.approx(np.array([[100, 0, 0], [0, 0, 50], [0, 0, -30.0]]))
+
+
+def test_meshes_are_triangles_with_what_grains_do_to_them(tmp_path):
+    """A sheet and a block, beside a plane; the sum of forces and torques is that of each wall; the same bytes from two ranks."""
+
+    def program(directory):
+        sim = simulation(bc.Box((0, 0, 0), (20, 20, 20)))
+        sheet = sim.add_wall(bc.Mesh(*meshes.floor("regular")))
+        sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
+        block = sim.add_wall(bc.Mesh(*meshes.box((8, 8, 8), (12, 12, 12)), velocity=(0.5, 0, 0)))
+        sim.add_grains([(5.1, 5.2, 0.45), (9, 11, 12.47), (12.47, 10.5, 9), (15, 15, 0.48)], 0.5, velocity=(0.1, 0.2, 0))
+        sim.writers = [MeshFrames(directory, ALWAYS)]
+        sim.run(3)
+        return [np.array([wall.force, wall.torque]) for wall in (sheet, block)], [sheet.places, block.places]
+
+    loads, places = program(tmp_path / "one")
+    assert program(tmp_path / "one")[0][0].tolist() == virtual_ranks(2, program, tmp_path / "two")[1][0][0].tolist()
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+    assert [frame.step for frame in frames(tmp_path / "one", "meshes")] == [1, 2, 3]
+    with h5py.File(frames(tmp_path / "one", "meshes")[-1].path) as file:
+        root = file["VTKHDF"]
+        corners = root["Points"][()][root["Polygons/Connectivity"][()].reshape(-1, 3)]
+        cells = {name: dataset[()] for name, dataset in root["CellData"].items()}
+    assert (cells["wall"] == np.repeat([0, 2], [3200, 12])).all() and cells["triangle"].tolist() == [*range(3200), *range(12)]
+    assert np.array_equal(corners, np.concatenate(places))
+    for number, load in zip((0, 2), loads):
+        sums = [cells[name][cells["wall"] == number].sum(axis=0) for name in ("force", "torque")]
+        np.testing.assert_allclose(sums, load, rtol=0.0, atol=1e-13 * np.abs(load).max())
+        assert np.abs(load[0]).max() > 10.0
+    hit = (cells["force"] != 0.0).any(axis=1)
+    assert hit.sum() == 4 and cells["stress"][hit & (cells["wall"] == 0)] == pytest.approx(cells["force"][hit][:2] / 0.125)
 
 
 def test_normal_and_tangential_force_make_up_the_whole(tmp_path):

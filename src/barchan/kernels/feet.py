@@ -6,7 +6,7 @@ differ by less than the feature angle the nearest alone counts. So a plane cut i
 out is one, a corner that goes in is two. Where a foot goes on to another patch, the memory of the contact goes with it.
 """
 
-from math import inf
+from math import inf, sqrt
 
 from barchan.kernels.compiler import helper, kernel, prange
 from barchan.kernels.meshes import a_step_before, from_image, into, out_of, way_of
@@ -18,25 +18,56 @@ SAME = 1e-9
 #: Where a contact is, relative to the radius, that another one stands for.
 AWAY = 1e6
 
+#: A bound on a distance is taken for larger by this factor: rounding.
+ROUNDED = 1.0 + 1e-9
+
+#: How far a grain goes, relative to its radius, before its distances are taken anew (measured: half to twice that is as good).
+STRAYED = 0.05
+
 #: Nobody stands for it yet; there is nothing to stand for.
 OPEN, NONE = -1, -2
 
 
 @helper
-def find_feet(i, g, nearby, course, shape, place, motion, apart, arm, found, stands):
+def needed(i, g, nearby, course, motion, radius, slot, number, x, y, z):
+    """Which entries matter in this step: those that were not farther than this when ``clear`` was taken. A contact that may begin
+    is nearer than the radius, one that lasts no farther than it can have come since, and the centre goes through nothing that
+    is farther than its way. ``x``, ``y``, ``z``: the grain, in the image of the first entry."""
+    dx, dy, dz = x - nearby.at[g, 0], y - nearby.at[g, 1], z - nearby.at[g, 2]
+    moved, far = sqrt(dx * dx + dy * dy + dz * dz), radius
+    if course.dt > 0.0:
+        far = max(far, way_of(motion, i, course))
+    for c in range(nearby.group[g], nearby.group[g + 1]):
+        if slot[number + c] != 0:
+            least = inf
+            for e in range(nearby.entry[c], nearby.entry[c + 1]):
+                least = min(least, nearby.clear[e])
+            far = max(far, least + moved)
+    return moved, ROUNDED * (far + moved)
+
+
+@helper
+def find_feet(i, g, nearby, course, shape, place, motion, slot, number, apart, arm, found, stands):
     """The nearest point of each patch. ``found``: entry and feature; of a patch that the grain went through, an entry of a
-    triangle there, and feature -1."""
+    triangle there, and feature -1. Patches that are too far have none; entries that are, are infinitely far ``apart``."""
     way = way_of(motion, i, course) if course.dt > 0.0 else -1.0
+    dx, dy, dz = from_image(nearby, course, place, i, g, nearby.entry[nearby.group[g]])
+    px, py, pz = into(course.now, dx, dy, dz)
+    moved, far = needed(i, g, nearby, course, motion, place[i, 3], slot, number, px, py, pz)
+    anew = moved > STRAYED * place[i, 3]
     for c in range(nearby.group[g], nearby.group[g + 1]):
         best, through = inf, -1
-        found[c, 0], found[c, 1], stands[c] = nearby.entry[c], FACE, OPEN
+        found[c, 0], found[c, 1], stands[c], arm[c, 3] = nearby.entry[c], FACE, NONE, inf
         for e in range(nearby.entry[c], nearby.entry[c + 1]):
+            apart[e] = inf
+            if nearby.clear[e] > far and not anew:
+                continue
             dx, dy, dz = from_image(nearby, course, place, i, g, e)
             x, y, z = into(course.now, dx, dy, dz)
             distance, feature, qx, qy, qz = nearest_of(shape, nearby.triangle[e], x, y, z)
             apart[e] = distance
             if distance < best:
-                best, found[c, 0], found[c, 1] = distance, e, feature
+                best, found[c, 0], found[c, 1], stands[c] = distance, e, feature, OPEN
                 arm[c, 0], arm[c, 1], arm[c, 2], arm[c, 3] = x - qx, y - qy, z - qz, distance
             if distance <= way:
                 ax, ay, az = a_step_before(course, motion, i, dx, dy, dz)
@@ -44,6 +75,11 @@ def find_feet(i, g, nearby, course, shape, place, motion, apart, arm, found, sta
                     through = e
         if through >= 0:
             found[c, 0], found[c, 1], stands[c] = through, -1, c
+    if anew:
+        nearby.at[g, 0], nearby.at[g, 1], nearby.at[g, 2] = px, py, pz
+        for e in range(nearby.entry[nearby.group[g]], nearby.entry[nearby.group[g + 1]]):
+            if nearby.clear[e] >= 0.0:
+                nearby.clear[e] = apart[e]
 
 
 @helper
@@ -167,7 +203,7 @@ def measure_mesh(grain, place, motion, begin, number, column, nearby, course, sh
     """
     for g in prange(nearby.group.shape[0] - 1):
         i = grain[begin + nearby.group[g]]
-        find_feet(i, g, nearby, course, shape, place, motion, apart, arm, found, stands)
+        find_feet(i, g, nearby, course, shape, place, motion, slot, number, apart, arm, found, stands)
         drop_hidden(i, g, nearby, course, shape, place, apart, arm, found, stands)
         choose(g, nearby, shape, place[i, 3], cosine, arm, stands)
         hand_over(i, g, nearby, stands, number, column, slot, history, changed)

@@ -1,24 +1,28 @@
 """How meshes move, and which of their triangles are near which grains."""
 
-from math import ceil, floor, sqrt
+from math import ceil, floor, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from barchan.kernels.compiler import helper, kernel, prange
-from barchan.kernels.triangles import beside_box, nearest_of
+from barchan.kernels.triangles import beside_box, beside_triangle, nearest_of
 
 
 class Nearby(NamedTuple):
     """Triangles near grains since the list was made. ``group`` (grains + 1,): where the contacts of each grain begin; ``entry``
     (contacts + 1,): where the triangles of each begin; ``triangle`` (entries,); ``image`` (entries, 3): in which image of the
-    mesh across periodic faces; ``then`` (grains, 3): where the grains were."""
+    mesh across periodic faces; ``then`` (grains, 3): where the grains were; ``at`` (grains, 3): where they were, seen from the
+    image of their first entry, when ``clear`` (entries,), how far the triangles were, was taken: both change as they go; -1: in
+    another image than the first, and not known."""
 
     group: np.ndarray
     entry: np.ndarray
     triangle: np.ndarray
     image: np.ndarray
     then: np.ndarray
+    at: np.ndarray
+    clear: np.ndarray
 
 
 class Course(NamedTuple):
@@ -75,16 +79,18 @@ def images(along, low, high, radius, period):
 
 
 @kernel(parallel=True)
-def near_mesh(place, motion, frozen, course, extent, reach, shape, tree, begin, triangle, image, counts):
+def near_mesh(place, motion, frozen, course, extent, reach, shape, tree, begin, triangle, image, clear, counts):
     """Count the triangles nearer to the surface of each grain than ``reach``, or within the way that it came in the last step;
-    where there is room, list them and their image from ``begin`` on, by patch. ``counts``, ``triangle``, ``image`` are modified.
+    where there is room, list them, their image and distance from ``begin`` on, by patch. ``counts``, ``triangle``, ``image`` and
+    ``clear`` are modified.
 
     Args:
         extent: (2, 3) lowest and highest corner of a box around the mesh, from its point.
     """
+    listing = triangle.shape[0] > 0
     for i in prange(counts.shape[0]):
         count = 0
-        if frozen[i] == 0:
+        if frozen[i] == 0 and (counts[i] > 0 or not listing):
             radius = max(place[i, 3] + reach, 1.001 * way_of(motion, i, course))
             dx, dy, dz = place[i, 0] - course.now[3, 0], place[i, 1] - course.now[3, 1], place[i, 2] - course.now[3, 2]
             ax, bx = images(dx, extent[0, 0], extent[1, 0], radius, course.period[0])
@@ -102,25 +108,26 @@ def near_mesh(place, motion, frozen, course, extent, reach, shape, tree, begin, 
                         node = tree.skip[node]
                         continue
                     for t in range(tree.first[node], tree.first[node] + tree.count[node]):
-                        if nearest_of(shape, t, x, y, z)[0] < radius:
-                            if triangle.shape[0] > 0:
-                                place_by_patch(begin[i], count, t, mx, my, mz, shape.patch, triangle, image)
+                        distance = inf if beside_triangle(shape, t, x, y, z, radius) else nearest_of(shape, t, x, y, z)[0]
+                        if distance < radius:
+                            if listing:
+                                place_by_patch(begin[i], count, t, (mx, my, mz), distance, shape.patch, triangle, image, clear)
                             count += 1
                     node += 1
         counts[i] = count
 
 
 @helper
-def place_by_patch(begin, count, t, mx, my, mz, patch, triangle, image):
+def place_by_patch(begin, count, t, where, distance, patch, triangle, image, clear):
     """Put a triangle among ``count`` others, after those of its patch and of lower ones."""
     e = begin + count
     while e > begin and patch[triangle[e - 1]] > patch[t]:
-        triangle[e] = triangle[e - 1]
+        triangle[e], clear[e] = triangle[e - 1], clear[e - 1]
         for c in range(3):
             image[e, c] = image[e - 1, c]
         e -= 1
-    triangle[e] = t
-    image[e, 0], image[e, 1], image[e, 2] = mx, my, mz
+    triangle[e], clear[e] = t, distance
+    image[e, 0], image[e, 1], image[e, 2] = where
 
 
 @helper

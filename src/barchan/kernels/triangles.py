@@ -82,6 +82,19 @@ def nearest_of(shape, t, x, y, z):
 
 
 @helper
+def beside_triangle(shape, t, x, y, z, far):
+    """True only if a place is farther from triangle ``t`` than ``far``, found at little cost from its planes."""
+    planes, far = shape.planes, 1.000001 * far
+    height = x * planes[t, 0, 0] + y * planes[t, 0, 1] + z * planes[t, 0, 2] - planes[t, 0, 3]
+    if abs(height) > far:
+        return True
+    for k in range(1, 4):
+        if x * planes[t, k, 0] + y * planes[t, k, 1] + z * planes[t, k, 2] - planes[t, k, 3] < -far:
+            return True
+    return False
+
+
+@helper
 def outwards(shape, t, feature):
     """Which way is out there: a vector of any length."""
     if feature == FACE:

@@ -17,7 +17,7 @@ from barchan.measure.sliding import sliding_fraction
 from barchan.measure.solid_fraction import solid_fraction, void_ratio
 from barchan.measure.strain import Strain, strain
 from barchan.measure.stress import Stress, stress
-from barchan.measure.triangle_forces import triangle_forces
+from barchan.measure.triangle_forces import triangle_forces, triangle_torques
 from barchan.measure.unbalanced_force import unbalanced_force
 
 __all__ = [
@@ -46,6 +46,7 @@ __all__ = [
     "strain",
     "stress",
     "triangle_forces",
+    "triangle_torques",
     "unbalanced_force",
     "void_ratio",
 ]

@@ -254,6 +254,23 @@ class Massive(ForceControl):
         return self.moving
 
 
+def check_controls(walls):
+    """Refuse controls that cannot do with the walls that have them.
+
+    Raises:
+        SceneError: two walls share one with a memory, or one is to push a wall that does not know where to.
+    """
+    seen = {}
+    for number, wall in enumerate(walls):
+        kind = type(wall.control).__name__
+        first = seen.setdefault(id(wall.control), number) if getattr(wall.control, "memory", ()) else number
+        if first != number:
+            raise SceneError(f"walls {first} and {number} share one {kind}, whose memory is that of one wall; give each its own")
+        if isinstance(wall.control, ForceControl) and not wall.can_be_pushed:
+            instead = "set its towards, a direction" if wall.kind == "mesh" else "it can follow a Path"
+            raise SceneError(f"wall {number} ({wall.kind}): a {kind} cannot push it, since it is not known where to; {instead}")
+
+
 def between(first, second, third=None, fourth=None):
     """Area between two pairs of opposite planes, or, of one pair, their distance: for a ``ForceControl`` [length^2 or length].
 

@@ -77,6 +77,7 @@ class _Growing(_Curved):
     """A round wall whose radius may grow and shrink, and which grains touch from one side."""
 
     __slots__ = ("_radial_velocity", "_radius", "inside")
+    can_be_pushed = True
     _near, _measure, _far = near_round, measure_round, distances_round
     radius, radial_velocity = Number("length", 0.0, above=True), Number("length/time")
 

@@ -14,11 +14,27 @@ from barchan.kernels.triangles import distances_mesh
 from barchan.walls.mesh_file import read_triangles
 from barchan.walls.triangulation import triangulation
 from barchan.walls.turning import turned
-from barchan.walls.wall import Wall
+from barchan.walls.wall import PUSH, Direction, Wall
 from barchan.words import shown
 
 #: A mesh may be as many times as large as the box, or as small.
 _ABSURD = 300.0
+
+#: Extent of a mesh over the radius of a typical grain.
+_SMALLEST, _LARGEST = 0.03, 1e6
+
+_UNIT = (
+    ": is its unit right? A drawing in millimetres that is taken for one in metres is 1000 times too large, one in metres taken "
+    "for millimetres as much too small"
+)
+
+
+class _Towards(Direction):
+    """A direction, or None: kept as (0, 0, 0)."""
+
+    def checked(self, wall, value):
+        """A user's value as a unit vector."""
+        return np.zeros(3) if value is None else super().checked(wall, value)
 
 
 class Mesh(Wall):
@@ -38,20 +54,32 @@ class Mesh(Wall):
         velocity: of the wall [length/time].
         omega: angular velocity about ``point`` [1/time].
         point: about which it turns; by default the middle of its extent [length].
+        towards: direction in which a ``control`` such as a ``Servo`` pushes it, towards the grains; any length. ``pressing`` is
+            then the force of the grains against it, not the sum of normal forces.
 
     Raises:
         SceneError: what is given is no mesh, or no closed one where it has to be.
     """
 
     __slots__ = (
-    "_axis_x", "_axis_y", "_before", "_corners", "_dt", "_given", "_half", "_listed", "_made_of", "_mesh", "_patch",
-    "_period", "_rooms", "feature_angle", "inside",
+    "_axes", "_axis_x", "_axis_y", "_before", "_corners", "_dt", "_given", "_half", "_half_period", "_listed", "_made_of",
+    "_mesh", "_patch", "_period", "_rooms", "_slide", "_towards", "feature_angle", "inside",
     )  # fmt: skip
 
-    kind, parts = "mesh", ("point", "axis_x", "axis_y", "velocity", "omega")
+    kind, parts = "mesh", ("point", "axis_x", "axis_y", "velocity", "slide", "omega", "towards")
+    towards = _Towards("1")
 
     def __init__(
-        self, vertices, triangles, inside=False, feature_angle=40.0, material=0, velocity=(0, 0, 0), omega=(0, 0, 0), point=None
+        self,
+        vertices,
+        triangles,
+        inside=False,
+        feature_angle=40.0,
+        material=0,
+        velocity=(0, 0, 0),
+        omega=(0, 0, 0),
+        point=None,
+        towards=None,
     ):
         vertices = numbers("mesh: vertices", vertices, "length")
         if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices) or not np.isfinite(vertices).all():
@@ -62,14 +90,15 @@ class Mesh(Wall):
         middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
         super().__init__(middle if point is None else point, material, velocity, omega)
         own = vertices - self._point
-        self._given, self._period = (own, triangles, self.feature_angle, self.inside), np.zeros(3)
+        self._given = own, triangles, self.feature_angle, self.inside
+        self._period, self._half_period = np.zeros(3), np.full(3, np.inf)
         self._mesh = triangulation(*self._given, self._period)
         self._made_of = sha256(
             repr((own.tolist(), np.asarray(triangles).tolist(), inside, self.feature_angle)).encode()
         ).hexdigest()
         self._corners = np.stack(np.meshgrid(*zip(own.min(axis=0), own.max(axis=0)), indexing="ij"), axis=-1).reshape(-1, 3)
         self._axis_x, self._axis_y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-        self._listed, self._patch, self._rooms = None, None, None
+        self._listed, self._patch, self._rooms, self.towards = None, None, None, towards
         self.settle()
 
     @classmethod
@@ -102,6 +131,11 @@ class Mesh(Wall):
         return len(self._mesh.shape.surface)
 
     @property
+    def n_triangles(self):
+        """How many triangles it has."""
+        return len(self._mesh.order)
+
+    @property
     def places(self):
         """The corners of its triangles where they are now, (t, 3, 3) [length]."""
         shape, order = self._mesh.shape, self._mesh.order
@@ -115,9 +149,19 @@ class Mesh(Wall):
         return self._mesh.order[self._listed.triangle[self._rooms[2][:, 0]]]
 
     @property
-    def _axes(self):
-        """Its axes, a row each."""
-        return np.stack([self._axis_x, self._axis_y, np.cross(self._axis_x, self._axis_y)])
+    def pressing(self):
+        """Force of the grains against ``towards``; without one the sum of the normal forces of its contacts [force]."""
+        (x, y, z), (a, b, c) = self.load.force, self._towards.tolist()
+        return -(x * a + y * b + z * c) if self.can_be_pushed else self.load.pressing
+
+    @property
+    def can_be_pushed(self):
+        """True if ``towards`` is known."""
+        return bool(self._towards.any())
+
+    def push(self, speed):
+        """Move along ``towards`` with ``speed`` from now on, and across it as before."""
+        self._velocity = self._slide + PUSH.checked(self, speed) * self._towards
 
     @property
     def speed(self):
@@ -136,15 +180,35 @@ class Mesh(Wall):
         period = np.where(box.periodic, box.length, 0.0)
         if (period != self._period).any():
             self._mesh, self._period = triangulation(*self._given, period), period
-        extent, room = (float(np.ptp(corners, axis=0).max()) for corners in (self._corners, np.stack([box.low, box.high])))
-        if not 1.0 / _ABSURD < extent / room < _ABSURD:
+            self._half_period = np.where(period > 0.0, 0.5 * period, np.inf)
+        room = float((box.high - box.low).max())
+        if not 1.0 / _ABSURD < self._extent / room < _ABSURD:
+            raise SceneError(f"{name}: it extends over {self._extent:g} [length] and the box over {room:g}{_UNIT}")
+
+    def check_sizes(self, typical, name):
+        """Refuse a mesh that grains of a ``typical`` radius [length] cannot be meant for.
+
+        Raises:
+            SceneError: saying so.
+        """
+        if not _SMALLEST < self._extent / typical < _LARGEST:
             raise SceneError(
-                f"{name}: it extends over {extent:g} [length] and the box over {room:g}: is its unit right? A drawing in "
-                f"millimetres that is taken for one in metres is 1000 times too large"
+                f"{name}: it extends over {self._extent:g} [length], and a typical grain has a radius of {typical:g}{_UNIT}"
             )
+
+    @property
+    def _extent(self):
+        """How long it is along x, y or z, whichever is longest [length]."""
+        return float(np.ptp(self._corners, axis=0).max())
 
     def settle(self):
         """Start from parameters that were set anew."""
+        self._slide = self._velocity - (self._velocity @ self._towards) * self._towards
+        self._come_to_rest()
+
+    def _come_to_rest(self):
+        """Where it was a step before is not known."""
+        self._axes = _frame(self._axis_x, self._axis_y)
         self._before, self._half, self._dt = self.place, self._axes, 0.0
 
     def move(self, dt):
@@ -153,9 +217,9 @@ class Mesh(Wall):
         self._point = self._point + dt * self._velocity
         if self._omega.any():
             x, y = self._axis_x, self._axis_y
-            (self._axis_x, self._axis_y) = _turned(x, y, 0.5 * dt * self._omega)
-            self._half = self._axes
-            (self._axis_x, self._axis_y) = _turned(x, y, dt * self._omega)
+            self._half = _frame(*_turned(x, y, 0.5 * dt * self._omega))
+            self._axis_x, self._axis_y = _turned(x, y, dt * self._omega)
+            self._axes = _frame(self._axis_x, self._axis_y)
         else:
             self._half = self._before[1]
 
@@ -168,7 +232,7 @@ class Mesh(Wall):
         super().restore(state)
         if abs(self._axis_x @ self._axis_y) > 1e-9:
             raise SceneError(f"mesh: its axes {self._axis_x.tolist()} and {self._axis_y.tolist()} are not at right angles")
-        self.settle()
+        self._come_to_rest()
 
     def state(self):
         """What a checkpoint keeps, as plain data."""
@@ -183,7 +247,7 @@ class Mesh(Wall):
         """How far it has come since ``place`` was ``then``: along x, -x, y, -y, z, -z, and the largest [length]."""
         point, axes = then
         way = np.broadcast_to(self._point - point, (1, 3))
-        if (axes != self._axes).any():
+        if axes is not self._axes:
             way = way + self._corners @ (self._axes - axes)
         return np.stack([way.max(axis=0), -way.min(axis=0)], axis=1).ravel(), sqrt(float((way**2).sum(axis=1).max()))
 
@@ -203,17 +267,20 @@ class Mesh(Wall):
         state = (grains.block("place"), grains.block("motion"), grains.block("frozen"), self._course(self._dt))
         where = (*state, np.stack([corners.min(axis=0), corners.max(axis=0)]), reach, self._mesh.shape, self._mesh.tree)
         counts, begin = np.empty(grains.n, dtype=np.int64), np.zeros(grains.n + 1, dtype=np.int64)
-        near_mesh(*where, begin, np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.int64), counts)
+        near_mesh(*where, begin, *_entries(0), counts)
         np.cumsum(counts, out=begin[1:])
-        triangle, image = np.empty(begin[-1], dtype=np.int64), np.empty((begin[-1], 3), dtype=np.int64)
+        triangle, image, clear = _entries(begin[-1])
         if len(triangle):
-            near_mesh(*where, begin, triangle, image, counts)
+            near_mesh(*where, begin, triangle, image, clear, counts)
         row, patch = np.repeat(np.arange(grains.n), counts), self._mesh.shape.patch[triangle]
         entry = np.flatnonzero(np.append(True, (np.diff(row) != 0) | (np.diff(patch) != 0))[: len(row)])
         rows, self._patch = row[entry], patch[entry]
         group = np.flatnonzero(np.append(True, np.diff(rows) != 0)[: len(rows)])
-        then = state[0][rows[group], :3]
-        self._listed = Nearby(np.append(group, len(rows)), np.append(entry, len(row)), triangle, image, then)
+        then, first = state[0][rows[group], :3], entry[group]
+        if self._period.any():
+            clear[(image != np.repeat(image[first], np.diff(np.append(first, len(row))), axis=0)).any(axis=1)] = -1.0
+        at = (then - self._point - image[first] * self._period) @ self._axes.T
+        self._listed = Nearby(np.append(group, len(rows)), np.append(entry, len(row)), triangle, image, then, at, clear)
         count = len(rows)
         self._rooms = (np.empty(len(row)), np.empty((count, 4)), *(np.empty(n, dtype=np.int64) for n in ((count, 2), count)))
         return rows.astype(np.uint32)
@@ -232,13 +299,17 @@ class Mesh(Wall):
 
     def _course(self, dt):
         point, axes = self._before
-        now = self._axes
-        turned_by = np.sqrt(((self._corners @ (now - axes)) ** 2).sum(axis=1)).max() if self._omega.any() else 0.0
-        poses = [
-            np.vstack([rows, where]) for rows, where in ((now, self._point), (self._half if dt else now, point), (axes, point))
-        ]
-        half_period = np.where(self._period > 0.0, 0.5 * self._period, np.inf)
-        return Course(*poses, np.append(self._velocity, self._omega), float(turned_by), float(dt), self._period, half_period)
+        turned_by = 0.0 if axes is self._axes else np.sqrt(((self._corners @ (self._axes - axes)) ** 2).sum(axis=1)).max()
+        poses = np.empty((3, 4, 3))
+        poses[0, :3], poses[1, :3], poses[2, :3] = self._axes, self._half if dt else self._axes, axes
+        poses[0, 3], poses[1, 3], poses[2, 3] = self._point, point, point
+        drive = np.concatenate([self._velocity, self._omega])
+        return Course(*poses, drive, float(turned_by), float(dt), self._period, self._half_period)
+
+
+def _entries(count):
+    """Room for triangles that are near grains: which, in which image, and how far."""
+    return np.empty(count, dtype=np.int64), np.empty((count, 3), dtype=np.int64), np.empty(count)
 
 
 def _angle(angle):
@@ -249,6 +320,12 @@ def _angle(angle):
     if not 0.0 < number < 90.0:
         raise SceneError(f"mesh: feature_angle = {shown(angle)} [degrees] must be between 0 and 90")
     return number
+
+
+def _frame(x, y):
+    """Three axes, a row each, of two."""
+    (a, b, c), (p, q, r) = x.tolist(), y.tolist()
+    return np.array([(a, b, c), (p, q, r), (b * r - c * q, c * p - a * r, a * q - b * p)])
 
 
 def _turned(x, y, rotation):

@@ -29,7 +29,7 @@ class Plane(Wall):
     __slots__ = ("_corners", "_half", "_normal", "_slide")
 
     kind, parts = "plane", ("point", "normal", "half", "velocity", "slide", "omega")
-    normal = Direction("1")
+    normal, can_be_pushed = Direction("1"), True
 
     def __init__(self, point, normal, material=0, velocity=(0.0, 0.0, 0.0), omega=(0.0, 0.0, 0.0)):
         super().__init__(point, material, velocity, omega)

@@ -4,6 +4,7 @@ Contacts are told apart by *patches*: connected triangles whose normals differ b
 *surfaces* are made of patches; they end at edges that are sharper, at holes, and where more than two triangles meet.
 """
 
+import warnings
 from math import cos, radians
 
 import numpy as np
@@ -13,8 +14,16 @@ from barchan.errors import SceneError
 #: Vertices so near to a plane, relative to the largest coordinate, lie in it: a plane cut into triangles is one again.
 FLAT = 1e-12
 
-#: Vertices that are nearer than the extent of the mesh, or the period, over this are one to those who ask what hangs together.
-WELD = 2**30
+#: Vertices that are nearer than this, relative to the extent of the mesh or to the period, are one to those who ask what hangs
+#: together: rounding.
+WELD = 1e-9
+
+#: Open edges that are nearer, relative to the extent of the mesh, were one where it was drawn: most files have single precision.
+CRACK = 1e-5
+
+#: Holes are small if all their rims together, squared, are less than this of the area: flat sheets have 12.6 or more, a tube that
+#: is 100 times as long as wide has 0.25.
+SMALL = 0.1
 
 #: Least height of a triangle relative to its longest edge: below, it has no direction.
 THINNEST = 1e-12
@@ -51,17 +60,27 @@ def checked_triangles(vertices, triangles):
     return merged, corners
 
 
-def welded(vertices, period=(0.0, 0.0, 0.0)):
+def welded(vertices, period=(0.0, 0.0, 0.0), near=WELD):
     """A number for each vertex, the same for those at one place up to rounding, or a period away from each other, (v,).
 
     Args:
         period: along each axis, 0 where there is none [length].
+        near: how near they are, relative to the extent of the mesh, or to the period.
     """
-    low, extent = vertices.min(axis=0), max(float(np.ptp(vertices, axis=0).max()), 1e-300)
-    unit = np.where(np.greater(period, 0.0), period, extent) / WELD
-    places = np.rint((vertices - low) / unit).astype(np.int64)
-    places = np.where(np.greater(period, 0.0), places % WELD, places)
-    return np.unique(places, axis=0, return_inverse=True)[1].reshape(-1)
+    extent = max(float(np.ptp(vertices, axis=0).max()), 1e-300)
+    along = [_places_along(vertices[:, axis], near * (period[axis] or extent), period[axis]) for axis in range(3)]
+    return np.unique(np.stack(along, axis=1), axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def _places_along(x, near, period):
+    """A number for each coordinate, another one after every gap wider than ``near``."""
+    x = x % period if period else x
+    order = np.argsort(x, kind="stable")
+    place = np.empty(len(x), dtype=np.int64)
+    place[order] = np.cumsum(np.append(0, np.diff(x[order]) > near))
+    if period and x[order[0]] + period - x[order[-1]] <= near:
+        place[place == place[order[-1]]] = 0
+    return place
 
 
 class Edges:
@@ -89,6 +108,31 @@ class Edges:
         self.beyond = np.where(count[number] == 2, other // 3, -1).reshape(-1, 3)
         upwards = (corners < after).ravel()
         self.alike = (upwards != upwards[other]).reshape(-1, 3) & (self.beyond >= 0)
+
+
+def warn_of_holes(vertices, corners, edges):
+    """Warn if a mesh has open edges where it looks as if it should have none."""
+    triangle, k = np.nonzero(edges.owners == 1)
+    ends = np.stack([corners[triangle, k], corners[triangle, (k + 1) % 3]], axis=1)
+    near = np.sort(welded(vertices, near=CRACK)[ends], axis=1)
+    _, which, count = np.unique(near, axis=0, return_inverse=True, return_counts=True)
+    cracks = np.count_nonzero((count[which.reshape(-1)] > 1) & (near[:, 0] != near[:, 1]))
+    if cracks:
+        warnings.warn(
+            f"mesh: {cracks} of {len(ends)} open edges nearly meet others, within {CRACK:g} of its extent: it has cracks, at "
+            f"which grains touch both sides. Merge vertices where it was made",
+            stacklevel=5,
+        )
+        return
+    rim = np.sqrt(((vertices[ends[:, 1]] - vertices[ends[:, 0]]) ** 2).sum(axis=1)).sum()
+    a, b, c = (vertices[corners[:, k]] for k in range(3))
+    area = 0.5 * np.sqrt((np.cross(b - a, c - a) ** 2).sum(axis=1)).sum()
+    if 0.0 < rim**2 < SMALL * area:
+        warnings.warn(
+            f"mesh: it has holes, {len(ends)} edges of one triangle only, but small ones: it is a sheet, which grains touch from "
+            f"both sides. If it should be closed, repair it where it was made",
+            stacklevel=5,
+        )
 
 
 def oriented(corners, edges):

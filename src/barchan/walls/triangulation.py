@@ -6,7 +6,7 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.triangles import Tree, Triangles
-from barchan.walls.topology import FLAT, Edges, checked_triangles, oriented, patches_of, planes_of, welded
+from barchan.walls.topology import FLAT, Edges, checked_triangles, oriented, patches_of, planes_of, warn_of_holes, welded
 from barchan.walls.tree import tree_around
 
 
@@ -41,6 +41,7 @@ def triangulation(vertices, triangles, angle, inside, period):
     elif inside:
         _refuse_holes(vertices, corners, edges)
     else:
+        warn_of_holes(vertices, corners, edges)
         corners = oriented(corners, edges)
     tree, order = tree_around(vertices[corners])
     return Triangulation(_shape(vertices, corners[order], angle, is_closed, period), tree, order)

@@ -123,6 +123,9 @@ class Wall:
     #: How many contacts a grain may have with it, each with a key of its own: ``key``, and those below.
     patches = 1
 
+    #: True if it has ``push``, which controls of forces call.
+    can_be_pushed = False
+
     point, velocity, omega = Vector("length"), Vector("length/time"), Vector("1/time")
 
     def __init__(self, point, material, velocity, omega):
@@ -216,6 +219,13 @@ class Wall:
                 f"{name}: point = {self._point.tolist()} [length] and velocity = {self._velocity.tolist()} [length/time] must "
                 f"have no z component, and omega = {self._omega.tolist()} [1/time] a z component only: the box has two dimensions"
             )
+
+    def check_sizes(self, typical, name):
+        """Refuse a wall that grains of a ``typical`` radius [length] cannot be meant for.
+
+        Raises:
+            SceneError: saying so.
+        """
 
     def settle(self):
         """Start from parameters that were set anew."""

@@ -4,7 +4,7 @@ A writer has ``due(step)`` and ``write(sim)``, which all ranks call; rank 0 writ
 """
 
 from barchan.writers.dump import LammpsDump
-from barchan.writers.frames import ContactFrames, FrameFile, GrainFrame, GrainFrames, frames, read_grain_frame
+from barchan.writers.frames import ContactFrames, FrameFile, GrainFrame, GrainFrames, MeshFrames, frames, read_grain_frame
 from barchan.writers.table import Table, read_table
 from barchan.writers.wall_columns import wall_columns
 
@@ -14,6 +14,7 @@ __all__ = [
     "GrainFrame",
     "GrainFrames",
     "LammpsDump",
+    "MeshFrames",
     "Table",
     "frames",
     "read_grain_frame",

@@ -1,9 +1,10 @@
-"""What is written, as arrays in the order of ids, of which each rank has a part: grains at the full step, contacts as lines."""
+"""What is written, as arrays in the order of ids, of which each rank has a part: grains at the full step, contacts as lines;
+and meshes as triangles, of which each has all."""
 
 import numpy as np
 
 from barchan.errors import SceneError
-from barchan.measure import contact_table
+from barchan.measure import contact_table, triangle_forces, triangle_torques
 from barchan.parallel.mapping import Mapping, by_rank
 from barchan.parallel.regroup import ById
 
@@ -64,6 +65,32 @@ def contact_lines(sim):
     cells = dict(zip(cells, columns))
     order = np.lexsort((cells["second"], cells["first"]))
     return lines[order].reshape(-1, 2, 3), {name: column[order] for name, column in cells.items()}
+
+
+def mesh_triangles(sim):
+    """The triangles of all meshes, and what grains do to them; the same on all ranks, which all must ask.
+
+    Returns:
+        (corners (k, 3, 3) [length], cell name -> array (k,) or (k, 3)): what ``MeshFrames`` says.
+
+    Raises:
+        SceneError: contacts are not known, since the simulation was not prepared.
+    """
+    _require(sim.is_primed and sim.is_listed, sim)
+    corners = [np.zeros((0, 3, 3))]
+    none = np.zeros(0, dtype=np.int64)
+    parts = {"wall": [none], "triangle": [none], "force": [np.zeros((0, 3))], "torque": [np.zeros((0, 3))]}
+    for mesh in (wall for wall in sim.walls if wall.kind == "mesh"):
+        corners.append(mesh.places)
+        parts["wall"].append(np.full(mesh.n_triangles, mesh.number))
+        parts["triangle"].append(np.arange(mesh.n_triangles))
+        parts["force"].append(triangle_forces(sim, mesh))
+        parts["torque"].append(triangle_torques(sim, mesh))
+    corners = np.concatenate(corners)
+    cells = {name: np.concatenate(part) for name, part in parts.items()}
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cells["stress"] = cells["force"] / (0.5 * np.sqrt((across**2).sum(axis=1)))[:, None]
+    return corners, cells
 
 
 def _centres(sim):

@@ -1,7 +1,7 @@
-"""Grains and contacts as time series for ParaView: one VTKHDF file a step, and a series file that lists them.
+"""Grains, contacts and meshes as time series for ParaView: one VTKHDF file a step, and a series file that lists them.
 
-Open ``grains.vtkhdf.series`` or ``contacts.vtkhdf.series``. A frame is written under another name and renamed, the series
-anew after each frame: whenever a run is killed, what the series lists is there and whole.
+Open ``grains.vtkhdf.series``, ``contacts.vtkhdf.series`` or ``meshes.vtkhdf.series``. A frame is written under another name and
+renamed, the series anew after each frame: whenever a run is killed, what the series lists is there and whole.
 """
 
 import json
@@ -14,7 +14,7 @@ import numpy as np
 from barchan.atomic import writing
 from barchan.errors import ResultError
 from barchan.parallel.guard import on_first_rank
-from barchan.writers.collect import FIELDS, contact_lines, grains_at_full_step
+from barchan.writers.collect import FIELDS, contact_lines, grains_at_full_step, mesh_triangles
 from barchan.writers.output import StepFiles, step_files, step_of
 from barchan.writers.vtkhdf import read_polydata, write_polydata
 
@@ -111,11 +111,32 @@ class ContactFrames(_Frames):
         return ends.reshape(-1, 3), {"Lines": np.arange(2 * len(ends)).reshape(-1, 2)}, {"CellData": cells}
 
 
+class MeshFrames(_Frames):
+    """A writer: the meshes of the scene as triangles, ``meshes_<step>.vtkhdf``, one file a step, and ``meshes.vtkhdf.series``.
+
+    Cell data: wall (number of the mesh in the scene), triangle (number in the mesh), force of the grains on it [force], torque
+    about the point of its mesh [force length], and stress, force over area [force/length^2].
+
+    Args:
+        directory: where; made if it does not exist.
+        due: trigger, a function of the step.
+    """
+
+    kind = "meshes"
+
+    def collect(self, sim):
+        """All triangles of all meshes; rank 0 writes them."""
+        corners, cells = mesh_triangles(sim)
+        if sim.comm.rank > 0:
+            corners, cells = corners[:0], {name: column[:0] for name, column in cells.items()}
+        return corners.reshape(-1, 3), {"Polygons": np.arange(3 * len(corners)).reshape(-1, 3)}, {"CellData": cells}
+
+
 def frames(directory, kind):
     """Frames in a directory, by ascending step.
 
     Args:
-        kind: "grains" or "contacts".
+        kind: "grains", "contacts" or "meshes".
 
     Returns:
         A list of ``FrameFile``: (step, time, path).

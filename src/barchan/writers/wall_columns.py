@@ -41,7 +41,7 @@ def _told(wall):
     for what, vector, unit in vectors:
         for axis, number in zip("xyz", vector):
             yield f"{what}{axis} [{unit}]", float(number)
-    yield "pressing [N]", load.pressing
+    yield "pressing [N]", wall.pressing
     yield "contacts", load.contacts
     for name, unit in (("radius", "m"), ("radial_velocity", "m/s")):
         if hasattr(wall, name):
