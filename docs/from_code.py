@@ -5,6 +5,7 @@ import typer
 from barchan import units
 from barchan.cli import app
 from barchan.experiments.avalanche.parameters import PAPER, Avalanche
+from barchan.experiments.bender import Bender
 from barchan.experiments.bond import BondTest
 from barchan.experiments.column import Column
 from barchan.experiments.compression import parameters as compression
@@ -61,6 +62,11 @@ def parameters_of_oedometer():
     return parameters(Oedometer, None)
 
 
+def parameters_of_bender():
+    """The parameters of the waves through a sample as a table."""
+    return parameters(Bender, None)
+
+
 def parameters_of_bond():
     """The parameters of the test of a bond as a table."""
     return parameters(BondTest, None)
@@ -92,7 +98,7 @@ def laws():
 
 def _fill(sphinx, page, source):
     scenes = (parameters_of_bond, parameters_of_compression, parameters_of_oedometer, parameters_of_repose, parameters_of_rock)
-    scenes += (parameters_of_silo, parameters_of_column)
+    scenes += (parameters_of_silo, parameters_of_column, parameters_of_bender)
     parts = (commands, parameters, *scenes, laws)
     for part in parts:
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())

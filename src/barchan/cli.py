@@ -79,6 +79,30 @@ def avalanche(
 
 
 @run_app.command()
+def bender(
+    packing: Annotated[str | None, typer.Option(help="random, which is pressed, or fcc, a crystal [random]")] = None,
+    across: Annotated[str | None, typer.Option(help="width of the sample in mean diameters [8]")] = None,
+    along: Annotated[str | None, typer.Option(help="its length in mean diameters [120]")] = None,
+    pressure: Annotated[str | None, typer.Option(help="stress on the sample [100 kPa]")] = None,
+    shear_frequency: Annotated[str | None, typer.Option(help="of the pulse of shear [20 kHz]")] = None,
+    compression_frequency: Annotated[str | None, typer.Option(help="of the pulse of compression [27 kHz]")] = None,
+    sweep: Annotated[str | None, typer.Option(help="number of frequencies, each 1.25 times that before [1]")] = None,
+    patch: Annotated[str | None, typer.Option(help="diameter of the patch that is shaken; 0: all of the section [0 mm]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and places [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 5000,
+):
+    """Waves through a sample, as of bender elements (Marketos et al. 2013). Values may have units: --shear-frequency 15kHz."""
+    given = {"packing": packing, "across": across, "along": along, "pressure": pressure}
+    given |= {"shear_frequency": shear_frequency, "compression_frequency": compression_frequency}
+    given |= {"sweep": sweep, "patch": patch, "seed": seed}
+    _run("bender", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
 def bond(
     radius: Annotated[str | None, typer.Option(help="of the grains [0.5 m]")] = None,
     radius_factor: Annotated[str | None, typer.Option(help="radius of the bond, relative to that of the grains [1]")] = None,
@@ -243,7 +267,8 @@ def check(path: Path):
 
     experiment, scene = _read(path)
     sim = prepared(experiment, scene, None, Journal())
-    steps = f"{experiment.stages(scene)[-1].end:,} steps of {sim.dt:.4g} s (stable: {sim.stable_dt:.4g} s)"
+    stable = "" if sim.stable_dt is None else f" (stable: {sim.stable_dt:.4g} s)"  # bender looks at it by itself
+    steps = f"{experiment.stages(scene)[-1].end:,} steps of {sim.dt:.4g} s{stable}"
     typer.echo(f"{path} is sound: {experiment.name}, {counted(sim)}, {steps}")
 
 

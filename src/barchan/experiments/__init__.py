@@ -1,6 +1,7 @@
 """Ready scenes, each run by one command."""
 
 from barchan.experiments.avalanche import AVALANCHE
+from barchan.experiments.bender import BENDER
 from barchan.experiments.bond import BOND
 from barchan.experiments.column import COLUMN
 from barchan.experiments.compression import COMPRESSION
@@ -11,5 +12,5 @@ from barchan.experiments.silo import SILO
 
 #: All experiments by name.
 EXPERIMENTS = {
-    experiment.name: experiment for experiment in (AVALANCHE, BOND, COLUMN, COMPRESSION, OEDOMETER, REPOSE, ROCK, SILO)
+    experiment.name: experiment for experiment in (AVALANCHE, BENDER, BOND, COLUMN, COMPRESSION, OEDOMETER, REPOSE, ROCK, SILO)
 }

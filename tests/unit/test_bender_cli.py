@@ -1,0 +1,80 @@
+"""Waves from the command line: they leave tables, figures and a summary, resume, and refuse what cannot be."""
+
+import shutil
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from barchan.checkpoint import all_checkpoints
+from barchan.cli import app
+from barchan.compare import differences, last_state
+from barchan.errors import SceneError
+from barchan.experiments.bender import Bender
+from barchan.scene import read_scene_file
+from barchan.writers import read_table
+
+SMALL = ("--packing", "fcc", "--across", "3", "--along", "60", "--shear-frequency", "50kHz", "--compression-frequency", "70kHz")
+SETTINGS = ("listen=60us", "settle=30us", "rest=90us", "spacing=1mm", "signal_every=0.6us")
+
+
+def barchan(*arguments):
+    done = CliRunner().invoke(app, list(map(str, arguments)))
+    if done.exception is not None:
+        raise done.exception
+    return done.output
+
+
+def run(out, *more):
+    settings = (word for text in SETTINGS for word in ("--set", text))
+    return barchan("run", "bender", *SMALL, *settings, "--threads", "1", "--out", out, *more)
+
+
+def test_it_leaves_tables_figures_and_a_summary_and_resumes_in_a_pulse(tmp_path):
+    out, again = tmp_path / "out", tmp_path / "again"
+    run(out, "--checkpoint-every", "1211")
+    _, scene = read_scene_file(out / "scene.toml", {"bender": Bender})
+    assert 0 < 1211 - scene.shots[1].begin < 0.5 / (70e3 * scene.dt)
+    names = {"received.png", "time_distance.png", "arrivals.png", "spectrum.png"}
+    assert {path.name for path in (out / "figures").iterdir()} == names
+    summary = (out / "summary.txt").read_text()
+    for words in ("Vs, 50 kHz", "Vp, 70 kHz", "first deflection", "wavelength S", "G0 = ", "of the crystal", "pulse is small"):
+        assert words in summary
+    signals = read_table(out / "tables" / "signals.csv")
+    assert set(signals["shot"]) == {0, 1} and len(np.unique(signals["distance [m]"].round(6))) == 29
+    shutil.copytree(out, again)
+    all_checkpoints(again / "checkpoints")[-1].unlink()
+    barchan("run", "bender", "--resume", again)
+    assert differences(last_state(out), last_state(again)) == []
+    for path in (out / "tables").iterdir():
+        assert path.read_bytes() == (again / "tables" / path.name).read_bytes()
+    barchan("run", "bender", "--resume", again, "--sweep", "2")
+    summary = (again / "summary.txt").read_text()
+    for words in ("Vs, 50 kHz", "Vp, 87.5 kHz", "Vs, 62.5 kHz", "moduli, S, 50 kHz", "moduli, S, 62.5 kHz"):
+        assert words in summary, "a sweep is a longer run"
+    assert "bender" in barchan("check", again / "scene.toml")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"pulse_stress": "20 kPa"}, "pulse_stress = 20000 Pa must be at most a tenth of the pressure, 100000 Pa"),
+        ({"signal_every": "4 us"}, r"signal_every = 4e-06 s must be at most a tenth of a period, 3\.7"),
+        ({"listen": "90 us"}, "listen = 9e-05 s must be at least twice the longest period, 5e-05 s"),
+        ({"spacing": "7 mm", "along": 60}, r"spacing = 0\.007 m must be at most a tenth of the sample's length, 0\.06 m"),
+        ({"radius_max": "0.1 mm"}, r"radius_max = 0\.0001 m is below radius_min = 0\.00045 m"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(given, words):
+    with pytest.raises(SceneError, match=words):
+        Bender.make(given)
+
+
+def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path):
+    with pytest.raises(SceneError, match="sweep = '0'"):
+        run(tmp_path / "out", "--sweep", "0")
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_list_names_it():
+    assert "bender" in barchan("list")
