@@ -132,6 +132,29 @@ def compression(
 
 
 @run_app.command()
+def drum(
+    grains: Annotated[str | None, typer.Option(help="number of grains [3000]")] = None,
+    drum_radius: Annotated[str | None, typer.Option(help="inner radius of the drum [69 mm]")] = None,
+    length: Annotated[str | None, typer.Option(help="of the drum, between its ends [92.5 mm]")] = None,
+    ends: Annotated[str | None, typer.Option(help="plates, that turn with it, or periodic [plates]")] = None,
+    rotation: Annotated[str | None, typer.Option(help="angular velocity, in radians [2.198 1/s]")] = None,
+    friction: Annotated[str | None, typer.Option(help="between grains [0.3]")] = None,
+    duration: Annotated[str | None, typer.Option(help="time of turning [5 s]")] = None,
+    equilibrate: Annotated[str | None, typer.Option(help="time before the drum turns [0.3 s]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and places [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 20_000,
+):
+    """A turning drum: angle of the surface, flowing layer, mixing, torque, power. Values may have units: --length 10cm."""
+    given = {"grains": grains, "drum_radius": drum_radius, "length": length, "ends": ends, "rotation": rotation}
+    given |= {"friction": friction, "duration": duration, "equilibrate": equilibrate, "seed": seed}
+    _run("drum", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
 def oedometer(
     grains: Annotated[str | None, typer.Option(help="about how many grains rain [3000]")] = None,
     stress_rate: Annotated[str | None, typer.Option(help="rate at which the stress grows and is taken back [1.5e6 Pa/s]")] = None,
