@@ -90,10 +90,10 @@ def bond(
 
 @run_app.command()
 def column(
-    columns: Annotated[str | None, typer.Option(help="number of columns, each with an aspect ratio of its own [5]")] = None,
-    aspect_min: Annotated[str | None, typer.Option(help="smallest ratio of height to radius [0.5]")] = None,
-    aspect_max: Annotated[str | None, typer.Option(help="largest ratio of height to radius [4]")] = None,
-    column_radius: Annotated[str | None, typer.Option(help="radius of the columns [40 mm]")] = None,
+    columns: Annotated[str | None, typer.Option(help="number of columns, each with an aspect ratio of its own [3]")] = None,
+    aspect_min: Annotated[str | None, typer.Option(help="smallest ratio of height to radius [0.6]")] = None,
+    aspect_max: Annotated[str | None, typer.Option(help="largest ratio of height to radius [2.4]")] = None,
+    column_radius: Annotated[str | None, typer.Option(help="radius of the columns [60 mm]")] = None,
     friction: Annotated[str | None, typer.Option(help="between grains, and at the floor [0.3]")] = None,
     duration: Annotated[str | None, typer.Option(help="simulated time after the release [0.75 s]")] = None,
     equilibrate: Annotated[str | None, typer.Option(help="simulated time before the release [0.36 s]")] = None,

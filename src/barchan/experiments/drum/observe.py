@@ -20,7 +20,8 @@ MIDDLE = 0.5
 #: in mean diameters.
 CELL, WIDE, THICK = 2.0, 3.0, 0.5
 
-#: The last steps of a run, through which energy is accounted for: it takes many times as long.
+#: The last steps of a run, through which energy is accounted for: it takes many times as long. At most those since the last frame
+#: but one, so that a run which is made longer has as many of them.
 ACCOUNT_STEPS = 1000
 
 
@@ -33,7 +34,7 @@ def instruments(scene, directory):
     """
     frames, tables, begin = directory / "frames", directory / "tables", scene.turn_step
     rows, pictures = Every(scene.row_steps, begin % scene.row_steps), Every(scene.frame_steps, begin)
-    first = max(scene.last_step - ACCOUNT_STEPS, 0)
+    first = max(scene.last_step - min(ACCOUNT_STEPS, scene.frame_steps), 0)
     account = EnergyAccount(f"from step {first}")
     account.due = Every(1, first)
     return [

@@ -10,9 +10,9 @@ from barchan.experiments.drum.observe import line_of
 from barchan.experiments.drum.parameters import PAPER, PAPER_ANGLE
 from barchan.experiments.experiment import Check, Results
 from barchan.experiments.repose.surface import PARTS
+from barchan.experiments.stored import stored
 from barchan.measure.sums import crossing
 from barchan.units import readable
-from barchan.writers import read_table
 
 #: What of ``PAPER`` may differ for the angle to be told beside the measured one.
 SIZE = {"grains", "length"}
@@ -45,9 +45,7 @@ class Tables(NamedTuple):
         Raises:
             ResultError: a table is damaged.
         """
-        paths = (directory / "tables" / f"{name}.csv" for name in cls._fields)
-        tables = (read_table(path) if path.exists() else None for path in paths)
-        return cls(*(table if table is not None and len(table["step"]) else None for table in tables))
+        return cls(*stored(directory, cls._fields))
 
 
 class Surface(NamedTuple):
