@@ -56,7 +56,7 @@ def main(grains=25_000, half=HALF, modulus=1e9, dt=5e-7, settle=0.1, duration=0.
         sim.run(round(duration / 20 / dt))
         heights.append(float(sim.grains.position[sim.grains.radius == ball][0, 2]) - ball)
         below = 1e3 * (top - heights[-1])
-        print(f"{1e3 * time:6.1f} ms  {1e3 * heights[-1]:7.2f} mm above the bottom, {below:7.2f} mm below the surface", flush=True)
+        print(f"{1e3 * time:6.1f} ms  {1e3 * heights[-1]:7.2f} mm above the bottom, {below:7.2f} mm into the bed", flush=True)
     return times, np.array(heights), top
 
 
