@@ -9,6 +9,7 @@ from barchan.experiments.bender import Bender
 from barchan.experiments.bond import BondTest
 from barchan.experiments.column import Column
 from barchan.experiments.compression import parameters as compression
+from barchan.experiments.drum import Drum
 from barchan.experiments.oedometer import Oedometer
 from barchan.experiments.repose import Repose
 from barchan.experiments.rock import Rock
@@ -87,6 +88,11 @@ def parameters_of_column():
     return parameters(Column, None)
 
 
+def parameters_of_drum():
+    """The parameters of a turning drum as a table."""
+    return parameters(Drum, None)
+
+
 def laws():
     """The laws that come with barchan as a table."""
     rows = (
@@ -98,7 +104,7 @@ def laws():
 
 def _fill(sphinx, page, source):
     scenes = (parameters_of_bond, parameters_of_compression, parameters_of_oedometer, parameters_of_repose, parameters_of_rock)
-    scenes += (parameters_of_silo, parameters_of_column, parameters_of_bender)
+    scenes += (parameters_of_silo, parameters_of_column, parameters_of_bender, parameters_of_drum)
     parts = (commands, parameters, *scenes, laws)
     for part in parts:
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())

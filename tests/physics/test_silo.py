@@ -3,7 +3,8 @@
 import pytest
 
 from barchan.experiments.silo import Silo, build, instruments, results, stages
-from barchan.experiments.silo.results import Tables, filled, flows_of, rows_at
+from barchan.experiments.silo.results import Tables, filled, flows_of
+from barchan.experiments.stored import rows_at
 
 #: Softer than the default, so that it takes seconds.
 SMALL = {

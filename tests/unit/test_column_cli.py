@@ -42,9 +42,9 @@ def test_it_leaves_tables_figures_and_a_summary_and_resumes_in_the_collapse(tmp_
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"aspect_max": 0.3}, r"aspect_max = 0\.3 must exceed aspect_min = 0\.5"),
+        ({"aspect_max": 0.3}, r"aspect_max = 0\.3 must exceed aspect_min = 0\.6"),
         ({"column_radius": 0.01}, r"column_radius = 0\.01 m must be three diameters"),
-        ({"aspect_min": 0.1}, r"aspect_min = 0\.1 makes a column lower than a grain"),
+        ({"aspect_min": 0.05}, r"aspect_min = 0\.05 makes a column lower than a grain"),
         ({"radius_max": 0.001}, r"radius_max = 0\.001 m is below"),
         ({"columns": 0}, "columns = 0"),
     ],

@@ -17,7 +17,7 @@ def test_scalings_are_those_of_the_papers_and_do_not_jump():
 
 
 def test_a_collapse_is_read_from_the_release_to_the_end():
-    scene = Column(columns=1, aspect_min=1.0, aspect_max=1.0)
+    scene = Column(columns=1, aspect_min=1.0, aspect_max=1.0, column_radius=0.04)
     times = np.linspace(-0.1, 0.4, 51)
     front = np.where(times < 0.0, 9.0, 0.04 + 0.05 * np.minimum(np.maximum(times, 0.0) / 0.2, 1.0))
     table = {

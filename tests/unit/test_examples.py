@@ -36,6 +36,14 @@ def test_sand_in_a_triaxial_cell_has_a_friction_angle():
     assert 18.0 < example("triaxial")(across=5) < 45.0
 
 
+def test_a_ball_falls_freely_until_it_hits_the_bed_and_loses_its_speed_there():
+    times, height, top = example("impact_on_a_bed")(500, (0.01, 0.01), 4e7, 2e-6, settle=0.02, duration=0.04, ball=3e-3)
+    falling = height > top
+    assert 0.01 < top < 0.03 and 5 < falling.sum() < 18
+    assert height[falling] == pytest.approx((height[0] - 5.0 * times - 0.5 * 9.81 * times**2)[falling], abs=1e-5)
+    assert 0.0 < height.min() < top - 3e-3 and abs(height[-1] - height[-2]) < 0.2 * 5.0 * (times[-1] - times[-2])
+
+
 def test_the_avalanche_of_the_script_is_that_of_the_file(tmp_path):
     command = [sys.executable, "-m", "barchan", "run", str(EXAMPLES / "avalanche.toml"), "--out", str(tmp_path)]
     subprocess.run(command, check=True, capture_output=True)

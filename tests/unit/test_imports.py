@@ -24,7 +24,7 @@ STOREYS = (
     ("simulation",),
     ("packing", "scene", "units", "rundir", "warmup", "view"),
     ("experiments",),
-    ("bench", "cli", "testing", "selftest", "__main__"),
+    ("bench", "run_commands", "cli", "testing", "selftest", "__main__"),
     ("barchan",),
 )
 HEIGHT = {name: height for height, storey in enumerate(STOREYS) for name in storey}

@@ -5,6 +5,7 @@ from barchan.experiments.bender import BENDER
 from barchan.experiments.bond import BOND
 from barchan.experiments.column import COLUMN
 from barchan.experiments.compression import COMPRESSION
+from barchan.experiments.drum import DRUM
 from barchan.experiments.oedometer import OEDOMETER
 from barchan.experiments.repose import REPOSE
 from barchan.experiments.rock import ROCK
@@ -12,5 +13,6 @@ from barchan.experiments.silo import SILO
 
 #: All experiments by name.
 EXPERIMENTS = {
-    experiment.name: experiment for experiment in (AVALANCHE, BENDER, BOND, COLUMN, COMPRESSION, OEDOMETER, REPOSE, ROCK, SILO)
+    experiment.name: experiment
+    for experiment in (AVALANCHE, BENDER, BOND, COLUMN, COMPRESSION, DRUM, OEDOMETER, REPOSE, ROCK, SILO)
 }

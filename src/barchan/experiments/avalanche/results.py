@@ -6,9 +6,9 @@ from barchan import record
 from barchan.experiments.avalanche.observe import STATIONS, stations
 from barchan.experiments.avalanche.parameters import PAPER, Outline
 from barchan.experiments.experiment import Check, Results
+from barchan.experiments.stored import stored
 from barchan.packing.lattice import mean_volume
 from barchan.units import readable
-from barchan.writers import read_table
 
 #: Mean kinetic energy of a grain at rest, relative to m g h with the height h of the block: what flows later is of that order.
 AT_REST = 1e-3
@@ -43,9 +43,7 @@ def results(scene, directory):
 
 def time_series(directory):
     """The table ``time.csv``, or None if the run was too short to have one."""
-    path = directory / "tables" / "time.csv"
-    series = read_table(path) if path.exists() else {"step": ()}
-    return series if len(series["step"]) else None
+    return stored(directory, ("time",))[0]
 
 
 def arrival(scene, flow):

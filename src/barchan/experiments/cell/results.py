@@ -3,8 +3,8 @@
 import numpy as np
 
 from barchan.experiments.experiment import Check
+from barchan.experiments.stored import stored
 from barchan.units import readable
-from barchan.writers import read_table
 
 #: Part of a branch of the loading that the servo may take to settle.
 SETTLING = 0.05
@@ -21,9 +21,8 @@ LOOSEST = 1.25
 
 def load_series(scene, directory):
     """The table ``load.csv`` and its volumetric strain, logarithmic, from the end of the seating on; None if there is none."""
-    path = directory / "tables" / "load.csv"
-    series = read_table(path) if path.exists() else {"step": ()}
-    if not len(series["step"]):
+    (series,) = stored(directory, ("load",))
+    if series is None:
         return None
     volume = series["size x [m]"] * series["size y [m]"] * series["size z [m]"]
     seated = min(int(np.searchsorted(series["step"], scene.ends[1])), len(volume) - 1)

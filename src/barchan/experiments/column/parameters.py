@@ -22,10 +22,10 @@ class Column(Scene):
 
     extendable: ClassVar = ("duration",)
 
-    columns: int = Field(5, ge=1, le=16, description="number of columns side by side, each with an aspect ratio of its own")
-    aspect_min: float = quantity(0.5, "1", "smallest ratio of height to radius", gt=0.0, le=100.0)
-    aspect_max: float = quantity(4.0, "1", "largest; each is the same number of times the one before", gt=0.0, le=100.0)
-    column_radius: float = quantity(0.04, "m", "radius of the columns", gt=0.0, le=1e3)
+    columns: int = Field(3, ge=1, le=16, description="number of columns side by side, each with an aspect ratio of its own")
+    aspect_min: float = quantity(0.6, "1", "smallest ratio of height to radius", gt=0.0, le=100.0)
+    aspect_max: float = quantity(2.4, "1", "largest; each is the same number of times the one before", gt=0.0, le=100.0)
+    column_radius: float = quantity(0.06, "m", "radius of the columns", gt=0.0, le=1e3)
     radius_min: float = quantity(2.2e-3, "m", "smallest radius of grains", gt=0.0, le=1e2)
     radius_max: float = quantity(2.8e-3, "m", "largest radius; they are uniform between", gt=0.0, le=1e2)
     density: float = quantity(2500.0, "kg/m^3", "density of the grains", ge=1e-3, le=1e6)

@@ -8,8 +8,8 @@ from barchan import record
 from barchan.experiments.checks import at_rest, overlap, time_step
 from barchan.experiments.column import scaling
 from barchan.experiments.experiment import Check, Results
+from barchan.experiments.stored import rows_at, stored
 from barchan.units import readable
-from barchan.writers import read_table
 
 #: How far run-outs may be from the published ones, as root mean square of the relative errors.
 MISS = 0.2
@@ -32,9 +32,7 @@ class Tables(NamedTuple):
         Raises:
             ResultError: a table is damaged.
         """
-        paths = (directory / "tables" / f"{name}.csv" for name in cls._fields)
-        tables = (read_table(path) if path.exists() else None for path in paths)
-        return cls(*(table if table is not None and len(table["step"]) else None for table in tables))
+        return cls(*stored(directory, cls._fields))
 
 
 class Collapse(NamedTuple):
@@ -85,12 +83,6 @@ def results(scene, directory):
     lost = sum(scene.grains) - grains - left
     checks.append(Check("lost grains", f"{lost}; {left} rolled over the edge of the floor", "0", lost == 0))
     return Results(values, [], checks)
-
-
-def rows_at(table, step):
-    """The rows of a table at a step, or None."""
-    at = np.flatnonzero(table["step"] == step) if table is not None else ()
-    return {name: column[at] for name, column in table.items()} if len(at) else None
 
 
 def collapses(scene, tables):

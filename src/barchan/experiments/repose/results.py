@@ -9,6 +9,7 @@ from barchan.experiments.checks import at_rest, overlap, time_step
 from barchan.experiments.experiment import Check, Results
 from barchan.experiments.repose.slope import Pile, on_slope, pile, straight
 from barchan.experiments.repose.surface import Profile
+from barchan.experiments.stored import stored
 from barchan.units import readable
 from barchan.writers import read_table
 
@@ -57,9 +58,7 @@ def results(scene, directory):
 
 def time_series(directory):
     """The table ``time.csv``, or None if the run was too short to have one."""
-    path = directory / "tables" / "time.csv"
-    series = read_table(path) if path.exists() else {"step": ()}
-    return series if len(series["step"]) else None
+    return stored(directory, ("time",))[0]
 
 
 def shapes_of(scene, directory):

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from barchan.experiments.silo.results import Tables, filled, flows_of, law_of, rows_at, wall_at
+from barchan.experiments.silo.results import Tables, filled, flows_of, law_of, wall_at
+from barchan.experiments.stored import rows_at
 from barchan.view.grains import draw_grains
 from barchan.view.style import COLOUR_MAP, COLOURS, figure
 from barchan.writers import frames, read_grain_frame

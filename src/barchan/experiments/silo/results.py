@@ -8,8 +8,8 @@ from barchan import record
 from barchan.experiments.checks import at_rest, overlap, time_step
 from barchan.experiments.experiment import Check, Results
 from barchan.experiments.silo import beverloo, janssen
+from barchan.experiments.stored import rows_at, stored
 from barchan.units import readable
-from barchan.writers import read_table
 
 #: A flow is developed after so many times sqrt(silo diameter / g), and is taken until this share of the grains has left.
 DEVELOPED, MOST = 2.0, 0.5
@@ -42,9 +42,7 @@ class Tables(NamedTuple):
         Raises:
             ResultError: a table is damaged.
         """
-        paths = (directory / "tables" / f"{name}.csv" for name in cls._fields)
-        tables = (read_table(path) if path.exists() else None for path in paths)
-        return cls(*(table if table is not None and len(table["step"]) else None for table in tables))
+        return cls(*stored(directory, cls._fields))
 
 
 def results(scene, directory):
@@ -84,12 +82,6 @@ def results(scene, directory):
     checks.append(overlap(float(tables.time["largest overlap [1]"].max()), OVERLAP))
     checks.append(_lost_check(scene, tables))
     return Results(values, [], checks)
-
-
-def rows_at(table, step):
-    """The rows of a table at a step, or None."""
-    at = np.flatnonzero(table["step"] == step) if table is not None else ()
-    return {name: column[at] for name, column in table.items()} if len(at) else None
 
 
 def filled(scene, opened):
