@@ -227,7 +227,7 @@ def goes_on_forged(path, saved, edit):
 
 
 @pytest.mark.bounds
-@cases(500, 10_000)
+@cases(150, 10_000)
 def test_arrays_made_to_harm(count, saved, tmp_path):
     accepted = []
 
@@ -240,7 +240,7 @@ def test_arrays_made_to_harm(count, saved, tmp_path):
 
 
 @pytest.mark.bounds
-@cases(500, 10_000)
+@cases(150, 10_000)
 def test_facts_made_to_harm(count, saved, tmp_path):
     accepted = []
 
