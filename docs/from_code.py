@@ -13,6 +13,7 @@ from barchan.experiments.drum import Drum
 from barchan.experiments.oedometer import Oedometer
 from barchan.experiments.repose import Repose
 from barchan.experiments.rock import Rock
+from barchan.experiments.shear import Shear
 from barchan.experiments.silo import Silo
 from barchan.laws import SHIPPED
 
@@ -78,6 +79,11 @@ def parameters_of_rock():
     return parameters(Rock, None)
 
 
+def parameters_of_shear():
+    """The parameters of simple shear as a table."""
+    return parameters(Shear, None)
+
+
 def parameters_of_silo():
     """The parameters of the discharge of silos as a table."""
     return parameters(Silo, None)
@@ -104,7 +110,7 @@ def laws():
 
 def _fill(sphinx, page, source):
     scenes = (parameters_of_bond, parameters_of_compression, parameters_of_oedometer, parameters_of_repose, parameters_of_rock)
-    scenes += (parameters_of_silo, parameters_of_column, parameters_of_bender, parameters_of_drum)
+    scenes += (parameters_of_silo, parameters_of_column, parameters_of_bender, parameters_of_drum, parameters_of_shear)
     parts = (commands, parameters, *scenes, laws)
     for part in parts:
         source[0] = source[0].replace(f"<!-- {part.__name__} -->", part())

@@ -242,6 +242,28 @@ def rock(
 
 
 @run_app.command()
+def shear(
+    grains: Annotated[str | None, typer.Option(help="number of grains [1500]")] = None,
+    pressure: Annotated[str | None, typer.Option(help="normal stress along the gradient [1 kPa]")] = None,
+    friction: Annotated[str | None, typer.Option(help="between grains [0.5]")] = None,
+    restitution: Annotated[str | None, typer.Option(help="of normal impacts [0.7]")] = None,
+    inertial_number: Annotated[str | None, typer.Option(help="of the first stage [0.3]")] = None,
+    rates: Annotated[str | None, typer.Option(help="number of stages, each half as fast as the one before [6]")] = None,
+    strain: Annotated[str | None, typer.Option(help="over which each stage is averaged [1.5]")] = None,
+    seed: Annotated[str | None, typer.Option(help="of radii and places [1]")] = None,
+    threads: Threads = None,
+    out: Out = None,
+    resume: Resume = None,
+    set_: Set = None,
+    checkpoint_every: CheckpointEvery = 20_000,
+):
+    """Simple shear in a periodic box: friction and solid fraction over the inertial number. Values may have units."""
+    given = {"grains": grains, "pressure": pressure, "friction": friction, "restitution": restitution}
+    given |= {"inertial_number": inertial_number, "rates": rates, "strain": strain, "seed": seed}
+    _run("shear", given, set_, out, resume, _manner(threads, checkpoint_every))
+
+
+@run_app.command()
 def silo(
     grains: Annotated[str | None, typer.Option(help="number of grains in each silo [7000]")] = None,
     outlets: Annotated[str | None, typer.Option(help="number of silos, each with an outlet of its own [4]")] = None,
