@@ -223,7 +223,7 @@ def barchan_list_held(first, second, place, begin, over, lengths, halves, tilts,
         dx, dy, dz = place[i, 0] - place[j, 0], place[i, 1] - place[j, 1], place[i, 2] - place[j, 2]
         dx, dy, dz = barchan_nearest_image(dx, dy, dz, lengths, halves, tilts)
         branch[0, b + c], branch[1, b + c], branch[2, b + c] = dx, dy, dz
-            square += d * d
+        square = dx * dx + dy * dy + dz * dz
         ri, rj = place[i, 3], place[j, 3]
         touch = square < (ri + rj) * (ri + rj)
         if was and not touch:

@@ -99,8 +99,8 @@ class Drum(Scene):
         return self.turn_step + self.frame_steps * ceil(self.steps(self.duration) / self.frame_steps)
 
 
-#: The drum whose angle was measured: El Geitani, Golshan & Blais (2023), "Solid-liquid rotary kilns: An experimental and CFD-DEM
-#: study", with the calibrated grains that the example "DEM parameter calibration in a rotating drum" of Lethe gives.
+#: The drum whose angle was measured, with the grains calibrated to it, as the example "DEM parameter calibration in a rotating
+#: drum" of the code Lethe tells.
 PAPER = {
     "ends": "plates",
     "grains": 6000,

@@ -168,7 +168,7 @@ def _angles(scene, surface):
         spread = angles_in_time(scene, surface, parts)[late].std()
         yield f"angle {name}", f"{surface.line(scene, late, parts).angle:.2f} deg, in time +- {spread:.2f} deg"
     if is_measured(scene):
-        yield "angle that was measured", f"{PAPER_ANGLE:g} deg at the ends (El Geitani et al. 2023)"
+        yield "angle that was measured", f"{PAPER_ANGLE:g} deg at the ends (of the drum in an example of Lethe)"
 
 
 def _flow(scene, layer):
