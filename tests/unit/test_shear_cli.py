@@ -62,7 +62,11 @@ def test_it_resumes_in_the_middle_and_goes_on_to_more_rates(small, tmp_path):
     assert differences(last_state(out), last_state(again)) == []
     for path in (out / "tables").iterdir():
         assert path.read_bytes() == (again / "tables" / path.name).read_bytes()
-    assert Shear.make(scene.model_dump() | {"rates": 3}).ends[:2] == scene.ends, "a third stage comes after the two"
+    before = (again / "tables" / "time.csv").read_bytes()
+    barchan("run", "shear", "--resume", again, "--rates", "3")
+    longer = Shear.make(scene.model_dump() | {"rates": 3})
+    assert longer.ends[:2] == scene.ends and len(steady_stages(longer, again)) == 3
+    assert (again / "tables" / "time.csv").read_bytes().startswith(before)
 
 
 def test_stages_are_what_the_parameters_say():
