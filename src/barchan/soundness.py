@@ -357,13 +357,18 @@ def _user_field_difference(there, here):
 
 
 def _difference(there, here):
-    """The first difference of two pieces of plain data: where, and both values."""
+    """The first difference of two pieces of plain data: where, and both values.
+
+    >>> _difference({"density": True}, {"density": 1.0})
+    'density is True there and 1.0 here'
+    """
     if isinstance(there, dict) and isinstance(here, dict):
         parts = [(name, there.get(name, "not given"), here.get(name, "not given")) for name in here | there]
     elif _are_tables(there) and _are_tables(here) and len(there) == len(here):
         parts = [(own.get("name", number), table, own) for number, (table, own) in enumerate(zip(there, here))]
     else:
-        return None if there == here else f"is {_short(there)} there and {_short(here)} here"
+        same = there == here and isinstance(there, bool) == isinstance(here, bool)
+        return None if same else f"is {_short(there)} there and {_short(here)} here"
     found = ((name, _difference(t, h)) for name, t, h in parts)
     return next((f"{str(name)[:60]} {text}" for name, text in found if text), None)
 

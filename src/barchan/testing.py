@@ -246,9 +246,7 @@ def machine_code(law, uniform=True, alone=False):
     state = (rows, rows, rows, index)  # place, motion, spin, material
     columns = (index, rows, rows, types.Array(types.uint8, 1, "C"))  # slot, history, out, changed
     try:
-        fresh.compile(
-            (parts, index, index, count, *state, count, rows, *columns, *rooms, vector, vector, vector, number, number, number)
-        )
+        fresh.compile((parts, index, index, count, *state, count, rows, *columns, *rooms, *4 * [vector], number, number, number))
     except Exception as error:  # Numba stumbles in many ways
         reason = next((line for line in str(error).splitlines() if line.strip() and "Failed in" not in line), "")
         raise LawError(f"law '{law.name}' cannot be compiled: {type(error).__name__}: {reason.strip()}") from error

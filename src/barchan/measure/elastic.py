@@ -84,9 +84,11 @@ def _of_pairs(sim, pairs, _):
     candidates = (parts, first, second, np.uint32(2 * count))
     state = (*candidates, place, motion, spin, material, np.uint32(len(sim.materials)), sim.table, slot, *columns, *rooms)
 
+    no_box = np.zeros(3), np.full(3, np.inf), np.zeros(3), np.zeros(6)
+
     def force(overlap):
         place[::2, 0] = touch - overlap
-        sim.loops.pair_forces(*state, np.zeros(3), np.full(3, np.inf), np.zeros(3), 0.0, np.inf, np.inf)
+        sim.loops.pair_forces(*state, *no_box, 0.0, np.inf, np.inf)
         return columns[-2][0, slot]
 
     return _integral(force, pairs.overlap)
