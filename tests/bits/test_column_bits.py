@@ -33,7 +33,9 @@ def alone(tmp_path_factory):
     return files(out)
 
 
-@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), (1, 3, None), (1, 1, STOP)])
+@pytest.mark.parametrize(
+    ("threads", "ranks", "stop"), [(2, 1, None), pytest.param(1, 3, None, marks=pytest.mark.validate), (1, 1, STOP)]
+)
 def test_threads_ranks_and_a_stop_change_no_byte(alone, tmp_path, threads, ranks, stop):
     virtual_ranks(ranks, run, COLUMN, SCENE, tmp_path, threads, stop)
     assert files(tmp_path) == alone

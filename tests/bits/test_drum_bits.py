@@ -41,7 +41,10 @@ def alone(request, tmp_path_factory):
     return scene, files(out)
 
 
-@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), (1, 3, None), (1, 1, BEFORE), (1, 1, WITHIN)])
+@pytest.mark.parametrize(
+    ("threads", "ranks", "stop"),
+    [(2, 1, None), pytest.param(1, 3, None, marks=pytest.mark.validate), (1, 1, BEFORE), (1, 1, WITHIN)],
+)
 def test_threads_ranks_and_a_stop_change_no_byte(alone, tmp_path, threads, ranks, stop):
     scene, left = alone
     virtual_ranks(ranks, run, DRUM, scene, tmp_path, threads, stop)

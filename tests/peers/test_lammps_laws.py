@@ -51,7 +51,9 @@ def state(folder, name, friction, dt=DT, work=WORK, **more_of_it):
     return SameState(folder, law, ELASTIC | {"friction": friction} | more, constants, dt, **more_of_it)
 
 
-@pytest.mark.parametrize("name", ["shm", "hertz_mindlin", "dmt", "jkr"])
+@pytest.mark.parametrize(
+    "name", [*(pytest.param(name, marks=pytest.mark.validate) for name in ("shm", "dmt")), "hertz_mindlin", "jkr"]
+)
 def test_forces_of_a_state_without_a_past(tmp_path, name):
     """Normal forces, and those of the dashpots: 1e-12 of the largest. Friction 1e4, so that no contact slides: where one does
     without a memory, LAMMPS leaves out friction (``start_like_lammps``)."""

@@ -62,7 +62,7 @@ def test_small_grain_rolls_and_falls(name):
     np.testing.assert_allclose(leaving_times(times, distances), CONVERGED, rtol=0.002 if name == "linear" else 0.05)
 
 
-@pytest.mark.parametrize("name", STANDARD)
+@pytest.mark.parametrize("name", ["linear_standard", *(pytest.param(name, marks=pytest.mark.validate) for name in STANDARD[1:])])
 def test_standard_scheme_sticks(name):
     """Standard scheme: from a size ratio of about 9 on the grain sticks and never falls (recorded: ``FALLS_UP_TO``)."""
     falls = np.isfinite(times_of(name, ratios=FINE_RATIOS))

@@ -89,6 +89,7 @@ def check_janssen(silos, wall_friction, radius, tolerance):
     assert 0.6 < ratio < 1.2, f"l = {length:.2f}, K = {ratio:.2f}"
 
 
+@pytest.mark.validate
 def test_the_floor_of_a_silo_carries_what_janssen_says():
     """Silos of 6 diameters with 100 to 800 grains, wall friction 0.3: within 10 % of one curve.
 

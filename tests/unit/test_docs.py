@@ -42,7 +42,7 @@ def run_command(words, directory):
 
 #: Pages whose deeds take longest: they are done at full size.
 SLOW = ("run-on-your-machine.md", "write-a-law.md", "oedometer.md", "repose.md", "rock.md", "silo.md", "column.md", "drum.md")
-SLOW += ("shear.md", "make-a-sample.md")
+SLOW += ("shear.md", "make-a-sample.md", "many-machines.md")
 
 
 def deeds():
