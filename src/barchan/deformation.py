@@ -17,6 +17,10 @@ from barchan.words import shown
 AXES = ((0, 0), (1, 1), (2, 2), *SHEARS)
 
 
+#: Most shear in a step: no grain may be carried further than it is folded back.
+MOST_SHEAR = 0.01
+
+
 class Deformation(NamedTuple):
     """How the box is stretched along each axis, and sheared; ``Simulation.deformation``. None: not at all.
 
@@ -71,22 +75,33 @@ class Deformation(NamedTuple):
         for name, _, one in shears:
             if isinstance(one, StressServo) and any(one is other for other in self[:3]):
                 raise SceneError(f"deformation: one StressServo stands for {name} and for an edge; give each its own")
+            if any(tilt != 0.0 for other, tilt in zip(self._fields[3:], box.tilt) if other != name):
+                raise SceneError(
+                    f"deformation: {name} = {shown(one)}, but the box tilts by {box.tilt.tolist()} [length], along xy, xz, yz"
+                )
+        if shears or box.tilt.any():
             for number, wall in enumerate(walls):
                 if wall.kind != "plane":
                     raise SceneError(
-                        f"deformation: {name} = {shown(one)}, but wall {number} ({wall.kind}) would have to be "
-                        f"sheared with the box; only planes can stand in one that is"
+                        f"deformation: wall {number} ({wall.kind}) would have to be sheared with the box; only planes can "
+                        f"stand in one that is"
                     )
 
     def rates(self, sim):
         """Rates of the step that begins, (6,) [1/time]; 0 where there is none.
 
         Raises:
-            SceneError: a function returned something else than a finite number.
+            SceneError: a function returned something else than a finite number, or the step is too long for a shear.
         """
         known = [0.0 if one is None else one.now if isinstance(one, StressServo) else one for one in self]
         rates = [rate(sim) if callable(rate) else rate for rate in known]
-        return np.array([_rate(f"deformation, t = {sim.time:g}: {axis}", rate) for axis, rate in zip(self._fields, rates)])
+        found = np.array([_rate(f"deformation, t = {sim.time:g}: {axis}", rate) for axis, rate in zip(self._fields, rates)])
+        strain = np.abs(found[3:]).max() * sim.dt
+        if strain > MOST_SHEAR:
+            raise SceneError(
+                f"deformation, t = {sim.time:g}: a shear by {strain:g} in a step, of at most {MOST_SHEAR}; lower rate or dt"
+            )
+        return found
 
     def look(self, sim):
         """Let the servos see what the grains carry now, those that have to; forces must be known. All ranks must call this."""
