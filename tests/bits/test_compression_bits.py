@@ -25,6 +25,7 @@ SCENE = {
 
 
 THREE_RANKS = pytest.param(1, 3, None, marks=pytest.mark.validate)
+TWO_RANKS_AND_A_STOP = pytest.param(1, 2, 5_900, marks=pytest.mark.validate)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +35,7 @@ def alone(tmp_path_factory):
     return files(out)
 
 
-@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), THREE_RANKS, (1, 2, 7_503), (1, 1, 5_900)])
+@pytest.mark.parametrize(("threads", "ranks", "stop"), [(2, 1, None), THREE_RANKS, TWO_RANKS_AND_A_STOP, (1, 1, 7_503)])
 def test_threads_ranks_and_a_stop_change_no_byte(alone, tmp_path, threads, ranks, stop):
     """Stopped while the walls are loaded, between two looks of the servo, and while they are seated."""
     virtual_ranks(ranks, run, COMPRESSION, SCENE, tmp_path, threads, stop)
