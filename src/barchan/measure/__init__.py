@@ -12,6 +12,7 @@ from barchan.measure.fragments import Fragments, fragments
 from barchan.measure.front import Front
 from barchan.measure.inertial_number import inertial_number
 from barchan.measure.jet import Jet
+from barchan.measure.laguerre import LaguerreCells, laguerre_cells
 from barchan.measure.profile import Profile
 from barchan.measure.sliding import sliding_fraction
 from barchan.measure.solid_fraction import solid_fraction, void_ratio
@@ -31,6 +32,7 @@ __all__ = [
     "Front",
     "Jet",
     "KineticEnergy",
+    "LaguerreCells",
     "Profile",
     "Strain",
     "Stress",
@@ -41,6 +43,7 @@ __all__ = [
     "fabric",
     "fragments",
     "inertial_number",
+    "laguerre_cells",
     "sliding_fraction",
     "solid_fraction",
     "strain",
