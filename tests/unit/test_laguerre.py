@@ -45,7 +45,7 @@ LATTICES = {
 
 @pytest.mark.parametrize("name", LATTICES)
 def test_cells_of_lattices_are_their_polyhedra(name):
-    """Where many planes meet in one corner."""
+    """Many planes meet in one corner, and those that only touch a corner or an edge leave no face."""
     base, kinds = LATTICES[name]
     corners = np.stack(np.meshgrid(*[np.arange(4)] * 3), axis=-1).reshape(-1, 1, 3)
     places = (corners + np.array(base)).reshape(-1, 3)
@@ -53,8 +53,7 @@ def test_cells_of_lattices_are_their_polyhedra(name):
     np.testing.assert_allclose(cells.volume, 1.0 / len(base), rtol=1e-12)
     expected = sorted(area for count, area in kinds for _ in range(count))
     for i in range(len(places)):
-        some = np.linalg.norm(cells.area[cells.start[i] : cells.start[i + 1]], axis=1)
-        np.testing.assert_allclose(sorted(some[some > 1e-9]), expected)
+        np.testing.assert_allclose(sorted(np.linalg.norm(cells.area[cells.start[i] : cells.start[i + 1]], axis=1)), expected)
 
 
 def test_a_lattice_in_a_tilted_box_is_the_same_lattice():
@@ -65,7 +64,7 @@ def test_a_lattice_in_a_tilted_box_is_the_same_lattice():
     sim.add_grains(places, 0.3)
     cells = laguerre_cells(sim)
     np.testing.assert_allclose(cells.volume, 1.0, rtol=1e-12)
-    assert all(len(faces_of(cells, i, 1e-9)) == 6 for i in range(64))
+    assert (np.diff(cells.start) == 6).all()
 
 
 WIDTHS = {"one size": 1.0, "1:3": 3.0, "1:100": 100.0}
