@@ -48,10 +48,10 @@ def test_cells_of_lattices_are_their_polyhedra(name):
     """Many planes meet in one corner, and those that only touch a corner or an edge leave no face."""
     base, kinds = LATTICES[name]
     corners = np.stack(np.meshgrid(*[np.arange(4)] * 3), axis=-1).reshape(-1, 1, 3)
-    places = (corners + np.array(base)).reshape(-1, 3)
-    cells = laguerre_cells(crowd(places, 0.3, (4.0, 4.0, 4.0), (True, True, True)))
-    np.testing.assert_allclose(cells.volume, 1.0 / len(base), rtol=1e-12)
-    expected = sorted(area for count, area in kinds for _ in range(count))
+    places = 0.7 * (corners + np.array(base)).reshape(-1, 3) + 0.1  # rounded
+    cells = laguerre_cells(crowd(places, 0.2, (2.8, 2.8, 2.8), (True, True, True)))
+    np.testing.assert_allclose(cells.volume, 0.343 / len(base), rtol=1e-12)
+    expected = sorted(0.49 * area for count, area in kinds for _ in range(count))
     for i in range(len(places)):
         np.testing.assert_allclose(sorted(np.linalg.norm(cells.area[cells.start[i] : cells.start[i + 1]], axis=1)), expected)
 
