@@ -82,6 +82,26 @@ class Scene(BaseModel):
         value, unit = getattr(self, name), _unit(type(self).model_fields[name])
         return str(value) if unit is None else units.written(value, unit)
 
+    def help(self, name):
+        """What a parameter is, for the command line: its choices, if it has some, and its value, which is the default."""
+        field = type(self).model_fields[name]
+        choices = [_allowed(field)] if get_origin(field.annotation) is Literal else []
+        return "; ".join([field.description, *choices, f"default {self.readable(name)}"])
+
+    def readable(self, name):
+        """The value of a parameter with a prefix that suits it, "25 mm", if that is all of it.
+
+        >>> class Slope(Scene):
+        ...     length: float = quantity(0.2, "m", "length of the floor", gt=0.0)
+        >>> Slope().readable("length"), Slope.make({"length": 0.123456}).readable("length"), Slope().help("length")
+        ('200 mm', '0.123456 m', 'length of the floor; default 200 mm')
+        """
+        value, unit = getattr(self, name), _unit(type(self).model_fields[name])
+        if unit in (None, "1"):
+            return str(value)
+        short = units.readable(value, unit)
+        return short if units.parse(short, unit) == value else self.text(name)
+
     def rounded(self, name, value):
         """A value of the parameter ``name`` for a table.
 

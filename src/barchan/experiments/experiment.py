@@ -45,6 +45,8 @@ class Experiment(NamedTuple):
         instruments: function (scene, directory) -> writers that measure while it runs.
         results: function (scene, directory) -> ``Results``, from what was stored.
         figures: function (scene, directory) -> paths of pictures, from what was stored.
+        flags: parameters that the command line has flags for.
+        checkpoint_every: steps between checkpoints, unless told.
     """
 
     name: str
@@ -55,3 +57,5 @@ class Experiment(NamedTuple):
     instruments: Callable
     results: Callable
     figures: Callable
+    flags: tuple = ()
+    checkpoint_every: int = 5000

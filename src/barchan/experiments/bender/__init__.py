@@ -13,11 +13,13 @@ from barchan.experiments.experiment import Experiment
 
 BENDER = Experiment(
     name="bender",
-    title="Waves through a sample under pressure, as of bender elements",
+    title="Waves through a sample under pressure, as of bender elements (Marketos et al. 2013)",
     scene=Bender,
     build=build,
     stages=stages,
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("packing", "across", "along", "pressure", "shear_frequency", "compression_frequency", "sweep", "patch", "seed"),
+    checkpoint_every=5000,
 )

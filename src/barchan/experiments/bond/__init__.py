@@ -13,11 +13,13 @@ from barchan.experiments.experiment import Experiment
 
 BOND = Experiment(
     name="bond",
-    title="Two bonded grains, pulled, sheared and spun until the bond breaks",
+    title="Two bonded grains, pulled, sheared and spun until the bond breaks (Marketos et al. 2013)",
     scene=BondTest,
     build=build,
     stages=stages,
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("radius", "radius_factor", "tensile_strength", "shear_strength", "increment", "steps"),
+    checkpoint_every=5000,
 )

@@ -13,11 +13,13 @@ from barchan.experiments.experiment import Experiment
 
 COLUMN = Experiment(
     name="column",
-    title="The collapse of columns of several aspect ratios",
+    title="The collapse of columns of several aspect ratios (Lube et al. 2004)",
     scene=Column,
     build=build,
     stages=stages,
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("columns", "aspect_min", "aspect_max", "column_radius", "friction", "duration", "equilibrate", "seed"),
+    checkpoint_every=5000,
 )

@@ -20,4 +20,6 @@ COMPRESSION = Experiment(
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("grains", "stress_rate", "end_stress", "dt", "controller", "gain", "seed"),
+    checkpoint_every=20_000,
 )

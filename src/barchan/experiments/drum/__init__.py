@@ -20,4 +20,6 @@ DRUM = Experiment(
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("grains", "drum_radius", "length", "ends", "rotation", "friction", "duration", "equilibrate", "seed"),
+    checkpoint_every=20_000,
 )

@@ -20,4 +20,6 @@ OEDOMETER = Experiment(
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("grains", "stress_rate", "max_stress", "end_stress", "wall_friction", "dt", "seed"),
+    checkpoint_every=20_000,
 )

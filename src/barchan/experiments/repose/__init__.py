@@ -20,4 +20,6 @@ REPOSE = Experiment(
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("method", "grains", "friction", "lift_speed", "duration", "equilibrate", "seed"),
+    checkpoint_every=5000,
 )

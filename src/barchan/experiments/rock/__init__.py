@@ -20,4 +20,6 @@ ROCK = Experiment(
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("test", "grains", "modulus", "tensile_strength", "shear_strength", "duration", "seed"),
+    checkpoint_every=5000,
 )

@@ -20,4 +20,6 @@ SHEAR = Experiment(
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("grains", "pressure", "friction", "restitution", "inertial_number", "rates", "strain", "seed"),
+    checkpoint_every=20_000,
 )

@@ -13,11 +13,13 @@ from barchan.experiments.silo.setup import build, stages
 
 SILO = Experiment(
     name="silo",
-    title="The discharge of silos through outlets of several diameters",
+    title="The discharge of silos through outlets of several diameters (Beverloo et al. 1961)",
     scene=Silo,
     build=build,
     stages=stages,
     instruments=instruments,
     results=results,
     figures=figures,
+    flags=("grains", "outlets", "outlet_min", "outlet_max", "silo_diameter", "friction", "duration", "equilibrate", "seed"),
+    checkpoint_every=5000,
 )
