@@ -6,8 +6,9 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from barchan.experiments.scenes import Graded
 from barchan.packing.lattice import mean_volume
-from barchan.scene import Scene, quantity
+from barchan.scene import quantity
 
 
 class Shot(NamedTuple):
@@ -27,7 +28,7 @@ class Shot(NamedTuple):
         return f"{self.kind}, {1e-3 * self.frequency:.4g} kHz"
 
 
-class Bender(Scene):
+class Bender(Graded):
     """Parameters of waves through a sample. The default has the stiffness of glass, and a thousandth of the paper's grains."""
 
     extendable: ClassVar = ("sweep",)
@@ -63,8 +64,6 @@ class Bender(Scene):
 
     @model_validator(mode="after")
     def _fits_together(self):
-        if self.radius_max < self.radius_min:
-            raise ValueError(f"radius_max = {self.radius_max:g} m is below radius_min = {self.radius_min:g} m")
         if self.pulse_stress > 0.1 * self.pressure:
             raise ValueError(
                 f"pulse_stress = {self.pulse_stress:g} Pa must be at most a tenth of the pressure, {self.pressure:g} Pa"
@@ -79,11 +78,6 @@ class Bender(Scene):
                 f"spacing = {self.spacing:g} m must be at most a tenth of the sample's length, {self.along * self.diameter:g} m"
             )
         return self
-
-    @property
-    def diameter(self):
-        """Mean diameter [m]."""
-        return self.radius_min + self.radius_max
 
     @property
     def grain_mass(self):

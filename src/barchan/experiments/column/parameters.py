@@ -1,14 +1,14 @@
 """What the collapse of columns is made of: every parameter with its unit and its bounds."""
 
-from math import ceil, pi
-from typing import ClassVar
+from math import pi
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from barchan.experiments.column import scaling
+from barchan.experiments.scenes import LooseSand
 from barchan.packing.lattice import mean_volume
-from barchan.scene import Scene, quantity
+from barchan.scene import quantity
 
 #: Solid fraction with which the number of grains is found from an aspect ratio; the columns are measured when they stand.
 SOLID_FRACTION = 0.57
@@ -17,35 +17,24 @@ SOLID_FRACTION = 0.57
 ROOM = 1.4
 
 
-class Column(Scene):
+class Column(LooseSand):
     """Parameters of the collapse of columns that differ in their aspect ratios."""
-
-    extendable: ClassVar = ("duration",)
 
     columns: int = Field(3, ge=1, le=16, description="number of columns side by side, each with an aspect ratio of its own")
     aspect_min: float = quantity(0.6, "1", "smallest ratio of height to radius", gt=0.0, le=100.0)
     aspect_max: float = quantity(2.4, "1", "largest; each is the same number of times the one before", gt=0.0, le=100.0)
     column_radius: float = quantity(0.06, "m", "radius of the columns", gt=0.0, le=1e3)
-    radius_min: float = quantity(2.2e-3, "m", "smallest radius of grains", gt=0.0, le=1e2)
-    radius_max: float = quantity(2.8e-3, "m", "largest radius; they are uniform between", gt=0.0, le=1e2)
-    density: float = quantity(2500.0, "kg/m^3", "density of the grains", ge=1e-3, le=1e6)
     youngs_modulus: float = quantity(6e6, "Pa", "Young's modulus of grains and walls; softer than glass", gt=0.0, le=1e15)
-    poisson_ratio: float = quantity(0.3, "1", "Poisson's ratio of grains and walls", ge=0.0, le=0.5)
-    restitution: float = quantity(0.3, "1", "restitution of normal impacts", gt=0.0, le=1.0)
     friction: float = quantity(0.3, "1", "friction between grains, and at the floor; of glass beads", ge=0.0, le=1e3)
     wall_friction: float = quantity(0.3, "1", "friction at the cylinders around the columns", ge=0.0, le=1e3)
-    gravity: float = quantity(9.81, "m/s^2", "acceleration of gravity", gt=0.0, le=1e6)
     dt: float = quantity(3e-5, "s", "time step", ge=1e-12, le=1.0)
     equilibrate: float = quantity(0.36, "s", "time before the cylinders are taken away", ge=0.0, le=1e4)
     duration: float = quantity(0.75, "s", "time after that", ge=0.0, le=1e4)
     frame_every: float = quantity(0.075, "s", "time between frames and profiles; duration is rounded up to it", gt=0.0)
     table_every: float = quantity(0.015, "s", "time between rows of the table", gt=0.0)
-    seed: int = Field(1, ge=0, lt=2**63, description="seed of radii and places")
 
     @model_validator(mode="after")
     def _fits_together(self):
-        if self.radius_max < self.radius_min:
-            raise ValueError(f"radius_max = {self.radius_max:g} m is below radius_min = {self.radius_min:g} m")
         if self.aspect_max < self.aspect_min or (self.columns > 1 and self.aspect_max == self.aspect_min):
             raise ValueError(
                 f"aspect_max = {self.aspect_max:g} must exceed aspect_min = {self.aspect_min:g}, between which {self.columns} "
@@ -56,11 +45,6 @@ class Column(Scene):
         if self.aspect_min * self.column_radius < 2.0 * self.radius_max:
             raise ValueError(f"aspect_min = {self.aspect_min:g} makes a column lower than a grain; raise it or column_radius")
         return self
-
-    @property
-    def diameter(self):
-        """Mean diameter [m]."""
-        return self.radius_min + self.radius_max
 
     @property
     def aspects(self):
@@ -84,20 +68,6 @@ class Column(Scene):
         ends = np.cumsum(2.0 * self.floors)
         return ends - self.floors
 
-    def steps(self, seconds):
-        """Number of time steps in a simulated time [s]."""
-        return round(seconds / self.dt)
-
-    @property
-    def row_steps(self):
-        """Steps between rows of the table."""
-        return max(self.steps(self.table_every), 1)
-
-    @property
-    def frame_steps(self):
-        """Steps between frames: a whole number of rows, so that the table has a row with each."""
-        return self.row_steps * max(round(self.steps(self.frame_every) / self.row_steps), 1)
-
     @property
     def release_step(self):
         """Step at which the cylinders are taken away."""
@@ -106,4 +76,4 @@ class Column(Scene):
     @property
     def last_step(self):
         """Step at which the test ends, whole frames later."""
-        return self.release_step + self.frame_steps * ceil(self.steps(self.duration) / self.frame_steps)
+        return self.release_step + self.whole_frames(self.duration)

@@ -1,18 +1,17 @@
 """What a turning drum is made of: every parameter with its unit and its bounds."""
 
-from math import ceil, pi
-from typing import ClassVar, Literal
+from math import pi
+from typing import Literal
 
 from pydantic import Field, model_validator
 
+from barchan.experiments.scenes import LooseSand
 from barchan.packing.lattice import mean_volume
-from barchan.scene import Scene, quantity
+from barchan.scene import quantity
 
 
-class Drum(Scene):
+class Drum(LooseSand):
     """Parameters of a turning drum. Its defaults are the grains and the speed of ``PAPER``, in a drum half as long."""
-
-    extendable: ClassVar = ("duration",)
 
     ends: Literal["plates", "periodic"] = Field(
         "plates", description="what closes the drum: plates that turn with it, or nothing: its ends are one periodic face"
@@ -30,19 +29,15 @@ class Drum(Scene):
     friction: float = quantity(0.3, "1", "friction between grains", ge=0.0, le=1e3)
     wall_friction: float = quantity(0.3, "1", "friction at the drum and its plates", ge=0.0, le=1e3)
     rolling_friction: float = quantity(0.02, "1", "constant resistance to rolling, of grains and at walls", ge=0.0, le=1e3)
-    gravity: float = quantity(9.81, "m/s^2", "acceleration of gravity", gt=0.0, le=1e6)
     dt: float = quantity(5e-5, "s", "time step", ge=1e-12, le=1.0)
     equilibrate: float = quantity(0.3, "s", "time before the drum turns", ge=0.0, le=1e4)
     develop: float = quantity(1.5, "s", "time of turning after which the flow counts as steady", ge=0.0, le=1e4)
     duration: float = quantity(5.0, "s", "time of turning", ge=0.0, le=1e4)
     frame_every: float = quantity(0.1, "s", "time between frames and profiles; duration is rounded up to it", gt=0.0)
     table_every: float = quantity(0.01, "s", "time between rows of the table", gt=0.0)
-    seed: int = Field(1, ge=0, lt=2**63, description="seed of radii and places")
 
     @model_validator(mode="after")
     def _fits_together(self):
-        if self.radius_max < self.radius_min:
-            raise ValueError(f"radius_max = {self.radius_max:g} m is below radius_min = {self.radius_min:g} m")
         for name in ("drum_radius", "length"):
             if getattr(self, name) < 6.0 * self.radius_max:
                 raise ValueError(
@@ -55,11 +50,6 @@ class Drum(Scene):
         return self
 
     @property
-    def diameter(self):
-        """Mean diameter [m]."""
-        return self.radius_min + self.radius_max
-
-    @property
     def filling(self):
         """Volume of the grains over that of the drum."""
         return self.grains * mean_volume(self.radius_min, self.radius_max) / (pi * self.drum_radius**2 * self.length)
@@ -68,20 +58,6 @@ class Drum(Scene):
     def froude(self):
         """Centrifugal acceleration at the wall over gravity, omega^2 R / g."""
         return self.rotation**2 * self.drum_radius / self.gravity
-
-    def steps(self, seconds):
-        """Number of time steps in a simulated time [s]."""
-        return round(seconds / self.dt)
-
-    @property
-    def row_steps(self):
-        """Steps between rows of the table."""
-        return max(self.steps(self.table_every), 1)
-
-    @property
-    def frame_steps(self):
-        """Steps between frames: a whole number of rows, so that the table has a row with each."""
-        return self.row_steps * max(round(self.steps(self.frame_every) / self.row_steps), 1)
 
     @property
     def turn_step(self):
@@ -96,7 +72,7 @@ class Drum(Scene):
     @property
     def last_step(self):
         """Step at which the test ends, whole frames later."""
-        return self.turn_step + self.frame_steps * ceil(self.steps(self.duration) / self.frame_steps)
+        return self.turn_step + self.whole_frames(self.duration)
 
 
 #: The drum whose angle was measured, with the grains calibrated to it, as the example "DEM parameter calibration in a rotating

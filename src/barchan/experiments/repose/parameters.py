@@ -1,29 +1,24 @@
 """What a test of the angle of repose is made of: every parameter with its unit and its bounds."""
 
-from math import ceil, pi
-from typing import ClassVar, Literal, NamedTuple
+from math import pi
+from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
 from barchan.experiments.loose import LOOSEST
+from barchan.experiments.scenes import LooseSand
 from barchan.packing.lattice import mean_volume
-from barchan.scene import Scene, quantity
+from barchan.scene import quantity
 
 
-class Repose(Scene):
+class Repose(LooseSand):
     """Parameters of a test of the angle of repose."""
-
-    extendable: ClassVar = ("duration",)
 
     method: Literal["cylinder", "plate"] = Field(
         "cylinder", description="what is lifted: a hollow cylinder around the grains, or a plate at the side of a block of them"
     )
     grains: int = Field(3000, ge=20, le=2_000_000, description="number of grains")
-    radius_min: float = quantity(2.2e-3, "m", "smallest radius", gt=0.0, le=1e2)
-    radius_max: float = quantity(2.8e-3, "m", "largest radius; they are uniform between", gt=0.0, le=1e2)
-    density: float = quantity(2500.0, "kg/m^3", "density of the grains", ge=1e-3, le=1e6)
     youngs_modulus: float = quantity(1.5e7, "Pa", "Young's modulus of grains and walls; softer than glass", gt=0.0, le=1e15)
-    poisson_ratio: float = quantity(0.3, "1", "Poisson's ratio of grains and walls", ge=0.0, le=0.5)
     restitution: float = quantity(0.5, "1", "restitution of normal impacts", gt=0.0, le=1.0)
     friction: float = quantity(0.5, "1", "friction between grains", ge=0.0, le=1e3)
     wall_friction: float = quantity(0.3, "1", "friction at the cylinder, or at plate and back wall", ge=0.0, le=1e3)
@@ -36,18 +31,14 @@ class Repose(Scene):
         0.15, "m", "from the axis or the back wall to the edge of the floor; who rolls over it is counted", gt=0.0, le=1e4
     )
     lift_speed: float = quantity(0.05, "m/s", "speed of the cylinder or plate", ge=1e-9, le=1e3)
-    gravity: float = quantity(9.81, "m/s^2", "acceleration of gravity", gt=0.0, le=1e6)
     dt: float = quantity(1.9e-5, "s", "time step", ge=1e-12, le=1.0)
     equilibrate: float = quantity(0.4, "s", "time before the lift", ge=0.0, le=1e4)
     duration: float = quantity(0.3, "s", "time after the lift", ge=0.0, le=1e4)
     frame_every: float = quantity(0.1, "s", "time between frames and profiles; lift and duration are rounded up to it", gt=0.0)
     table_every: float = quantity(0.02, "s", "time between rows of the table", gt=0.0)
-    seed: int = Field(1, ge=0, lt=2**63, description="seed of radii and places")
 
     @model_validator(mode="after")
     def _fits_together(self):
-        if self.radius_max < self.radius_min:
-            raise ValueError(f"radius_max = {self.radius_max:g} m is below radius_min = {self.radius_min:g} m")
         names = ("cylinder_radius",) if self.method == "cylinder" else ("length", "width")
         for name in names:
             if getattr(self, name) < 4.0 * self.radius_max:
@@ -59,25 +50,6 @@ class Repose(Scene):
         return self
 
     @property
-    def diameter(self):
-        """Mean diameter [m]."""
-        return self.radius_min + self.radius_max
-
-    def steps(self, seconds):
-        """Number of time steps in a simulated time [s]."""
-        return round(seconds / self.dt)
-
-    @property
-    def row_steps(self):
-        """Steps between rows of the table."""
-        return max(self.steps(self.table_every), 1)
-
-    @property
-    def frame_steps(self):
-        """Steps between frames: a whole number of rows, so that the table has a row with each."""
-        return self.row_steps * max(round(self.steps(self.frame_every) / self.row_steps), 1)
-
-    @property
     def lift_step(self):
         """Step at which the lift begins."""
         return self.steps(self.equilibrate)
@@ -86,12 +58,12 @@ class Repose(Scene):
     def lifted_step(self):
         """Step at which it ends, cylinder or plate above the column as it stood; whole frames later."""
         way = Outline.of(self).column + 2.0 * self.diameter
-        return self.lift_step + self.frame_steps * ceil(self.steps(way / self.lift_speed) / self.frame_steps)
+        return self.lift_step + self.whole_frames(way / self.lift_speed)
 
     @property
     def last_step(self):
         """Step at which the test ends, whole frames later."""
-        return self.lifted_step + self.frame_steps * ceil(self.steps(self.duration) / self.frame_steps)
+        return self.lifted_step + self.whole_frames(self.duration)
 
 
 class Outline(NamedTuple):

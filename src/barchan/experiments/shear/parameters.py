@@ -7,14 +7,15 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field, model_validator
 
+from barchan.experiments.scenes import Graded
 from barchan.packing.lattice import mean_volume
-from barchan.scene import Scene, quantity
+from barchan.scene import quantity
 
 #: Rows of the table while a stage is averaged, and how many of them make one row of profiles.
 ROWS, ROWS_OF_PROFILE = 100, 2
 
 
-class Shear(Scene):
+class Shear(Graded):
     """Parameters of simple shear: x is the flow, z the gradient. The default are grains softer than glass."""
 
     extendable: ClassVar = ("rates",)
@@ -22,7 +23,6 @@ class Shear(Scene):
     grains: int = Field(1500, ge=100, le=10**9, description="number of grains")
     radius_min: float = quantity(0.45e-3, "m", "smallest radius", gt=0.0, le=1e2)
     radius_max: float = quantity(0.55e-3, "m", "largest radius; they are uniform between", gt=0.0, le=1e2)
-    density: float = quantity(2500.0, "kg/m^3", "density of the grains", ge=1e-3, le=1e6)
     pressure: float = quantity(1e3, "Pa", "normal stress along the gradient; it is held", gt=0.0, le=1e12)
     stiffness: float = quantity(2e3, "N/m", "normal stiffness of contacts", gt=0.0, le=1e15)
     stiffness_ratio: float = quantity(3.5, "1", "normal over tangential stiffness", gt=0.0, le=1e2)
@@ -38,8 +38,6 @@ class Shear(Scene):
 
     @model_validator(mode="after")
     def _fits_together(self):
-        if self.radius_max < self.radius_min:
-            raise ValueError(f"radius_max = {self.radius_max:g} m is below radius_min = {self.radius_min:g} m")
         steps = self.strain / (self.shear_rates[0] * self.dt)
         if steps < ROWS:
             raise ValueError(
@@ -47,11 +45,6 @@ class Shear(Scene):
                 f"a stage is over {ROWS} rows, so it must be {ROWS} steps at least: give a smaller dt, or a larger strain"
             )
         return self
-
-    @property
-    def diameter(self):
-        """Mean diameter [m]."""
-        return self.radius_min + self.radius_max
 
     @property
     def mass(self):

@@ -1,34 +1,26 @@
 """What the discharge of a silo is made of: every parameter with its unit and its bounds."""
 
-from math import ceil, pi
-from typing import ClassVar
+from math import pi
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from barchan.scene import Scene, quantity
+from barchan.experiments.scenes import LooseSand
+from barchan.scene import quantity
 
 
-class Silo(Scene):
+class Silo(LooseSand):
     """Parameters of the discharge of silos that differ in their outlets."""
-
-    extendable: ClassVar = ("duration",)
 
     grains: int = Field(7000, ge=20, le=2_000_000, description="number of grains in each silo")
     outlets: int = Field(4, ge=1, le=16, description="number of silos side by side, each with an outlet of its own")
     outlet_min: float = quantity(0.025, "m", "diameter of the smallest outlet", gt=0.0, le=1e3)
     outlet_max: float = quantity(0.04, "m", "diameter of the largest; they are evenly spaced between", gt=0.0, le=1e3)
     silo_diameter: float = quantity(0.08, "m", "inner diameter of the silos", gt=0.0, le=1e3)
-    radius_min: float = quantity(2.2e-3, "m", "smallest radius", gt=0.0, le=1e2)
-    radius_max: float = quantity(2.8e-3, "m", "largest radius; they are uniform between", gt=0.0, le=1e2)
-    density: float = quantity(2500.0, "kg/m^3", "density of the grains", ge=1e-3, le=1e6)
     youngs_modulus: float = quantity(1e7, "Pa", "Young's modulus of grains and walls; softer than glass", gt=0.0, le=1e15)
-    poisson_ratio: float = quantity(0.3, "1", "Poisson's ratio of grains and walls", ge=0.0, le=0.5)
-    restitution: float = quantity(0.3, "1", "restitution of normal impacts", gt=0.0, le=1.0)
     friction: float = quantity(0.2, "1", "friction between grains; of smooth glass beads", ge=0.0, le=1e3)
     wall_friction: float = quantity(0.3, "1", "friction at the wall of the silo", ge=0.0, le=1e3)
     floor_friction: float = quantity(0.3, "1", "friction at its floor", ge=0.0, le=1e3)
-    gravity: float = quantity(9.81, "m/s^2", "acceleration of gravity", gt=0.0, le=1e6)
     dt: float = quantity(2.4e-5, "s", "time step", ge=1e-12, le=1.0)
     equilibrate: float = quantity(0.36, "s", "time to come to rest in", ge=0.0, le=1e4)
     slide: float = quantity(
@@ -38,12 +30,9 @@ class Silo(Scene):
     duration: float = quantity(0.9, "s", "time after the outlets are opened", ge=0.0, le=1e4)
     frame_every: float = quantity(0.15, "s", "time between frames and profiles; duration is rounded up to it", gt=0.0)
     table_every: float = quantity(0.015, "s", "time between rows of the table", gt=0.0)
-    seed: int = Field(1, ge=0, lt=2**63, description="seed of radii and places")
 
     @model_validator(mode="after")
     def _fits_together(self):
-        if self.radius_max < self.radius_min:
-            raise ValueError(f"radius_max = {self.radius_max:g} m is below radius_min = {self.radius_min:g} m")
         if self.outlet_max < self.outlet_min or (self.outlets > 1 and self.outlet_max == self.outlet_min):
             raise ValueError(
                 f"outlet_max = {self.outlet_max:g} m must exceed outlet_min = {self.outlet_min:g} m, from which {self.outlets} "
@@ -62,11 +51,6 @@ class Silo(Scene):
         return self
 
     @property
-    def diameter(self):
-        """Mean diameter [m]."""
-        return self.radius_min + self.radius_max
-
-    @property
     def outlet_diameters(self):
         """Diameters of the outlets, (outlets,) [m]."""
         return np.linspace(self.outlet_min, self.outlet_max, self.outlets)
@@ -80,20 +64,6 @@ class Silo(Scene):
     def axes(self):
         """Where the axes of the silos are along x, (outlets,) [m]: two diameters of the largest grains between the walls."""
         return (self.silo_diameter + 4.0 * self.radius_max) * np.arange(self.outlets)
-
-    def steps(self, seconds):
-        """Number of time steps in a simulated time [s]."""
-        return round(seconds / self.dt)
-
-    @property
-    def row_steps(self):
-        """Steps between rows of the table."""
-        return max(self.steps(self.table_every), 1)
-
-    @property
-    def frame_steps(self):
-        """Steps between frames: a whole number of rows, so that the table has a row with each."""
-        return self.row_steps * max(round(self.steps(self.frame_every) / self.row_steps), 1)
 
     @property
     def slide_step(self):
@@ -113,4 +83,4 @@ class Silo(Scene):
     @property
     def last_step(self):
         """Step at which the test ends, whole frames later."""
-        return self.open_step + self.frame_steps * ceil(self.steps(self.duration) / self.frame_steps)
+        return self.open_step + self.whole_frames(self.duration)
