@@ -14,6 +14,7 @@ from barchan.checkpoint import collect, read_state, restore, save
 from barchan.compare import differences
 from barchan.errors import BarchanError, Interrupted
 from barchan.kernels import compiler
+from barchan.measure import laguerre_cells
 from barchan.packing import Preparation, compact, press
 from barchan.parallel import Serial
 
@@ -192,3 +193,20 @@ def test_a_checkpoint_is_the_same_file_and_resumes_on_any_number_of_ranks(comm, 
     assert differences(collect(alone), collect(run(back, 60))) == []
     part = read_state(shared_path / "together.h5", comm)
     assert len(part.fields["id"]) <= -(-len(read_state(shared_path / "together.h5").fields["id"]) // comm.size)
+
+
+@pytest.mark.parametrize("name", ["gas", "sheared"])
+def test_cells_of_grains_have_the_same_bits(name, comm):
+    """Of grains that have drifted since the last rebuild, in a box that has tilted."""
+
+    def cells(**options):
+        sim = SCENES[name](threads=1, **options)
+        sim.run(STEPS)
+        found = laguerre_cells(sim)
+        areas = np.split(found.area, found.start[1:-1])
+        return {int(i): (volume, area.tobytes()) for i, volume, area in zip(found.id, found.volume.tolist(), areas)}
+
+    together = {}
+    for part in comm.all_gather(cells()):
+        together |= part
+    assert together == cells(comm=Serial())
