@@ -56,15 +56,24 @@ def test_cells_of_lattices_are_their_polyhedra(name):
         np.testing.assert_allclose(sorted(np.linalg.norm(cells.area[cells.start[i] : cells.start[i + 1]], axis=1)), expected)
 
 
-def test_a_lattice_in_a_tilted_box_is_the_same_lattice():
-    """Images lie one spacing aside."""
-    places = np.stack(np.meshgrid(*[np.arange(4)] * 3), axis=-1).reshape(-1, 3)
+def test_a_sheared_lattice_in_a_tilted_box_goes_on_beyond_its_faces():
+    """All grains have the same cell, at the faces, too."""
+    places = 1.0 * np.stack(np.meshgrid(*[np.arange(4)] * 3), axis=-1).reshape(-1, 3)
+    places[:, 0] += 0.1 * places[:, 2]
     sim = simulation(bc.Box((0, 0, 0), (4, 4, 4), (True, True, True)), properties=NOTHING)
-    sim.box.tilt[1] = 1.0
+    sim.box.tilt[1] = 0.4
     sim.add_grains(places, 0.3)
     cells = laguerre_cells(sim)
     np.testing.assert_allclose(cells.volume, 1.0, rtol=1e-12)
-    assert (np.diff(cells.start) == 6).all()
+    areas = np.sort(np.linalg.norm(cells.area, axis=1).reshape(64, -1), axis=1)
+    np.testing.assert_allclose(areas, areas[:1].repeat(64, axis=0), rtol=1e-9)
+
+
+def test_images_are_found_however_far_they_are():
+    """A cloud in a corner of a periodic box."""
+    places = 0.02 * np.random.default_rng(6).random((300, 3))
+    cells = laguerre_cells(crowd(places, 1e-4, periodic=(True, True, True)))
+    assert cells.volume.sum() == pytest.approx(1.0, rel=1e-12)
 
 
 WIDTHS = {"one size": 1.0, "1:3": 3.0, "1:100": 100.0}
