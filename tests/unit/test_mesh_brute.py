@@ -1,5 +1,5 @@
 """Contacts with meshes beside a plain reference: every place of the mesh from which no way leads nearer to the centre of a grain,
-and of those on one smooth surface in one direction the nearest."""
+and of those on one smooth surface in one direction the nearest. A place where surfaces meet is on all of them."""
 
 import meshes
 import numpy as np
@@ -53,15 +53,15 @@ def surfaces(vertices, triangles):
 def expected(place, corners, surface):
     """Feet of the contacts, the nearest first, and their distances."""
     distance, foot = nearest(place, corners)
-    chosen = []
+    chosen, met = [], {}
     for t in np.argsort(distance, kind="stable"):
         if distance[t] >= RADIUS:
             break
         on = nearest(foot[t], corners)[0] < 1e-9 * RADIUS
-        is_foot = distance[on].min() >= distance[t] - 1e-12
+        is_foot, met[t] = distance[on].min() >= distance[t] - 1e-12, set(surface[on])
         for other in chosen:
             along = (place - foot[t]) @ (place - foot[other]) / (distance[t] * distance[other])
-            is_foot &= surface[t] != surface[other] or along < np.cos(np.radians(ANGLE))
+            is_foot &= not met[t] & met[other] or along < np.cos(np.radians(ANGLE))
             is_foot &= np.linalg.norm(foot[t] - foot[other]) > 1e-9 * RADIUS
         if is_foot:
             chosen.append(t)
@@ -89,6 +89,20 @@ def fan(count, height, rim=0.0):
     return np.vstack([[0, 0, height], around]), np.stack([0 * number, 1 + number, 1 + (number + 1) % count], axis=1)
 
 
+def rough(edge, height):
+    """A sheet of random heights, up to ``height`` edges."""
+    line = edge * np.arange(int(2.4 / edge) + 8)
+    x, y = np.meshgrid(line, line, indexing="ij")
+    return meshes.sheet(np.stack([x, y, edge * np.random.default_rng(3).uniform(-height, height, x.shape)], axis=-1))
+
+
+def holed():
+    """A plate with a square hole that is narrower than the grain."""
+    x, y = np.meshgrid([-2.0, -0.3, 0.3, 2.0], [-2.0, -0.3, 0.3, 2.0], indexing="ij")
+    vertices, triangles = meshes.sheet(np.stack([x, y, 0.0 * x], axis=-1))
+    return vertices, np.delete(triangles, [4, 13], axis=0)
+
+
 LINE = np.linspace(0.0, 6.0, 9)
 FLOOR = meshes.sheet(np.stack([*np.meshgrid(LINE, LINE, indexing="ij"), np.zeros((9, 9))], axis=-1))
 SHEET = meshes.box((-2, -2, -2), (2, 2, 2))
@@ -104,6 +118,10 @@ NASTY = {
     "a triangle that is there twice": (FLOOR[0], np.concatenate([FLOOR[1], FLOOR[1][:50]])),
     "triangles through each other": soup(shared=False),
     "the same with common vertices": soup(shared=True),
+    "bumps as large as the grain": rough(1.25, 1.0),
+    "steep bumps half as large": rough(0.25, 1.0),
+    "many low bumps": rough(0.125, 0.4),
+    "a hole narrower than the grain": holed(),
 }
 
 

@@ -1,16 +1,17 @@
 """Where grains touch a mesh.
 
-A grain touches a mesh where its distance from it is least: at a *foot*. Each patch of the mesh has one at most; it counts if
-no triangle that it lies on leads nearer, and if no nearer one stands for it: on one smooth surface, of feet whose directions
-differ by less than the feature angle the nearest alone counts. So a plane cut into triangles is one contact, an edge that sticks
-out is one, a corner that goes in is two. Where a foot goes on to another patch, the memory of the contact goes with it.
+A grain touches a mesh where its distance from it is least: at a *foot*. Each patch of the mesh has one at most (that is how
+patches are made, ``walls/topology.py``); it counts if no triangle that it lies on leads nearer, and if no nearer one stands for
+it: on one smooth surface, of feet whose directions differ by less than the feature angle the nearest alone counts. So a plane cut
+into triangles is one contact, an edge that sticks out is one, a corner that goes in is two, and a grain that rests on bumps has
+one with each. Where a foot goes on to another patch, the memory of the contact goes with it.
 """
 
 from math import inf, sqrt
 
-from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.compiler import kernel, piece, prange
 from barchan.kernels.meshes import a_step_before, from_image, into, out_of, way_of
-from barchan.kernels.triangles import EDGE, FACE, VERTEX, crosses, from_feature, nearest_of, outwards
+from barchan.kernels.triangles import EDGE, FACE, VERTEX, beside_triangle, crosses, from_feature, nearest_of, outwards
 
 #: Two feet nearer than this, relative to the radius, are one.
 SAME = 1e-9
@@ -28,7 +29,7 @@ STRAYED = 0.05
 OPEN, NONE = -1, -2
 
 
-@helper
+@piece
 def needed(i, g, nearby, course, motion, radius, slot, number, x, y, z):
     """Which entries matter in this step: those that were not farther than this when ``clear`` was taken. A contact that may begin
     is nearer than the radius, one that lasts no farther than it can have come since, and the centre goes through nothing that
@@ -46,7 +47,7 @@ def needed(i, g, nearby, course, motion, radius, slot, number, x, y, z):
     return moved, ROUNDED * (far + moved)
 
 
-@helper
+@piece
 def find_feet(i, g, nearby, course, shape, place, motion, slot, number, apart, arm, found, stands):
     """The nearest point of each patch. ``found``: entry and feature; of a patch that the grain went through, an entry of a
     triangle there, and feature -1. Patches that are too far have none; entries that are, are infinitely far ``apart``."""
@@ -82,7 +83,7 @@ def find_feet(i, g, nearby, course, shape, place, motion, slot, number, apart, a
                 nearby.clear[e] = apart[e]
 
 
-@helper
+@piece
 def drop_hidden(i, g, nearby, course, shape, place, apart, arm, found, stands):
     """Feet at the rim of a patch from where another patch leads nearer are none: that patch stands for them. Those at the back
     of a solid are none, unless the grain's centre is in it."""
@@ -104,12 +105,12 @@ def drop_hidden(i, g, nearby, course, shape, place, apart, arm, found, stands):
                 stands[c] = leading_nearer(c, i, g, nearby, course, shape, place, apart, arm)
 
 
-@helper
+@piece
 def leading_nearer(c, i, g, nearby, course, shape, place, apart, arm):
     """The contact of another patch that has a triangle on which the foot of ``c`` lies, and which is nearer: the nearest of
     these; ``OPEN`` if there is none. Triangles are convex: a nearer point of one is a way there that leads nearer all along.
     Places are compared, not vertices: parts of a mesh may only lie side by side, as images across periodic faces do."""
-    best, nearer = arm[c, 3], OPEN
+    best, nearer, near = arm[c, 3], OPEN, SAME * place[i, 3]
     for other in range(nearby.group[g], nearby.group[g + 1]):
         if other != c:
             for e in range(nearby.entry[other], nearby.entry[other + 1]):
@@ -117,15 +118,37 @@ def leading_nearer(c, i, g, nearby, course, shape, place, apart, arm):
                     dx, dy, dz = from_image(nearby, course, place, i, g, e)
                     x, y, z = into(course.now, dx, dy, dz)
                     x, y, z = x - arm[c, 0], y - arm[c, 1], z - arm[c, 2]
-                    if nearest_of(shape, nearby.triangle[e], x, y, z)[0] <= SAME * place[i, 3]:
+                    t = nearby.triangle[e]
+                    if not beside_triangle(shape, t, x, y, z, near) and nearest_of(shape, t, x, y, z)[0] <= near:
                         best, nearer = apart[e], other
     return nearer
 
 
-@helper
+@piece
+def together(arm, one, other, radius):
+    """Are two feet at one place?"""
+    dx, dy, dz = arm[one, 0] - arm[other, 0], arm[one, 1] - arm[other, 1], arm[one, 2] - arm[other, 2]
+    return dx * dx + dy * dy + dz * dz <= (SAME * radius) ** 2
+
+
+@piece
+def on_one_surface(one, other, g, nearby, shape, radius, arm, stands):
+    """Do two feet lie on one smooth surface? Where several surfaces meet, a foot lies on all of them."""
+    for a in range(nearby.group[g], nearby.group[g + 1]):
+        if stands[a] == one and together(arm, a, one, radius):
+            mine = shape.surface[shape.patch[nearby.triangle[nearby.entry[a]]]]
+            for b in range(nearby.group[g], nearby.group[g + 1]):
+                if stands[b] == other and together(arm, b, other, radius):
+                    if shape.surface[shape.patch[nearby.triangle[nearby.entry[b]]]] == mine:
+                        return True
+    return False
+
+
+@piece
 def choose(g, nearby, shape, radius, cosine, arm, stands):
-    """Of the feet that are left, from the nearest on, each stands for those on its surface in about its direction, and for those
-    at the same place. Of two at one distance the lower patch is first."""
+    """Of the feet that are left, from the nearest on, each counts and stands for those at the same place, unless one that counts
+    is on its surface in about its direction: then that one stands for them, the nearest of these. Of two at one distance the
+    lower patch is first."""
     begin, end = nearby.group[g], nearby.group[g + 1]
     while True:
         first = -1
@@ -134,19 +157,20 @@ def choose(g, nearby, shape, radius, cosine, arm, stands):
                 first = c
         if first < 0:
             break
-        stands[first] = first
-        mine = shape.surface[shape.patch[nearby.triangle[nearby.entry[first]]]]
         for c in range(begin, end):
-            if stands[c] == OPEN:
+            if stands[c] == OPEN and together(arm, c, first, radius):
+                stands[c] = first
+        heir = first
+        for c in range(begin, end):
+            if stands[c] == c and c != first and (heir == first or arm[c, 3] < arm[heir, 3]):
                 along = arm[c, 0] * arm[first, 0] + arm[c, 1] * arm[first, 1] + arm[c, 2] * arm[first, 2]
-                dx, dy, dz = arm[c, 0] - arm[first, 0], arm[c, 1] - arm[first, 1], arm[c, 2] - arm[first, 2]
-                smooth = shape.surface[shape.patch[nearby.triangle[nearby.entry[c]]]] == mine
-                smooth &= along >= cosine * arm[c, 3] * arm[first, 3]
-                if smooth or dx * dx + dy * dy + dz * dz <= (SAME * radius) ** 2:
-                    stands[c] = first
+                if along >= cosine * arm[c, 3] * arm[first, 3]:
+                    if on_one_surface(c, first, g, nearby, shape, radius, arm, stands):
+                        heir = c
+        stands[first] = heir
 
 
-@helper
+@piece
 def hand_over(i, g, nearby, stands, number, column, slot, history, changed):
     """Where a contact that touched is one no more, the one that stands for it takes up its memory, unless it has one."""
     for c in range(nearby.group[g], nearby.group[g + 1]):
@@ -160,7 +184,7 @@ def hand_over(i, g, nearby, stands, number, column, slot, history, changed):
                 slot[number + heir], slot[number + c], changed[i] = column + heir, 0, 1
 
 
-@helper
+@piece
 def fill(i, g, c, column, nearby, course, shape, place, motion, found, surface):
     """Write the geometry of a contact that counts: distance, normals, velocity of the wall there, curvature."""
     entry, feature = found[c, 0], found[c, 1]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.compiler import kernel, piece, prange
 from barchan.kernels.triangles import beside_box, beside_triangle, nearest_of
 
 
@@ -40,7 +40,7 @@ class Course(NamedTuple):
     half_period: np.ndarray
 
 
-@helper
+@piece
 def into(pose, x, y, z):
     """A vector in the frame of a mesh."""
     return (
@@ -50,7 +50,7 @@ def into(pose, x, y, z):
     )
 
 
-@helper
+@piece
 def out_of(pose, x, y, z):
     """A vector from the frame of a mesh."""
     return (
@@ -60,7 +60,7 @@ def out_of(pose, x, y, z):
     )
 
 
-@helper
+@piece
 def way_of(motion, i, course):
     """Bound on how far a grain went relative to the mesh in the last step."""
     square = 0.0
@@ -70,7 +70,7 @@ def way_of(motion, i, course):
     return sqrt(square) + course.turned
 
 
-@helper
+@piece
 def images(along, low, high, radius, period):
     """First and last image along an axis that may be nearer than ``radius`` to a place ``along`` from the mesh's point."""
     if period == 0.0:
@@ -117,7 +117,7 @@ def near_mesh(place, motion, frozen, course, extent, reach, shape, tree, begin, 
         counts[i] = count
 
 
-@helper
+@piece
 def place_by_patch(begin, count, t, where, distance, patch, triangle, image, clear):
     """Put a triangle among ``count`` others, after those of its patch and of lower ones."""
     e = begin + count
@@ -130,7 +130,7 @@ def place_by_patch(begin, count, t, where, distance, patch, triangle, image, cle
     image[e, 0], image[e, 1], image[e, 2] = where
 
 
-@helper
+@piece
 def across(nearby, course, place, i, g, e, c):
     """Coordinate ``c`` of a grain from the point of the image of the mesh that entry ``e`` is in: the same bits whenever it was
     listed."""
@@ -140,7 +140,7 @@ def across(nearby, course, place, i, g, e, c):
     return (place[i, c] - course.now[3, c]) - number * course.period[c]
 
 
-@helper
+@piece
 def from_image(nearby, course, place, i, g, e):
     """Place of a grain from the point of that image."""
     return (
@@ -150,7 +150,7 @@ def from_image(nearby, course, place, i, g, e):
     )
 
 
-@helper
+@piece
 def a_step_before(course, motion, i, dx, dy, dz):
     """The same a step before, in the frame of the mesh as it was then."""
     dx = dx - course.dt * motion[i, 0] + (course.now[3, 0] - course.before[3, 0])

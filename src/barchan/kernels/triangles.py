@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from barchan.kernels.compiler import helper, kernel, prange
+from barchan.kernels.compiler import kernel, piece, prange
 
 
 class Tree(NamedTuple):
@@ -47,7 +47,7 @@ class Triangles(NamedTuple):
 FACE, EDGE, VERTEX = 0, 1, 4
 
 
-@helper
+@piece
 def nearest_of(shape, t, x, y, z):
     """Distance from triangle ``t``, what of it is nearest, and the nearest point. Neighbours find the same bits on their edge."""
     planes = shape.planes
@@ -81,7 +81,7 @@ def nearest_of(shape, t, x, y, z):
     return best, feature, qx, qy, qz
 
 
-@helper
+@piece
 def beside_triangle(shape, t, x, y, z, far):
     """True only if a place is farther from triangle ``t`` than ``far``, found at little cost from its planes."""
     planes, far = shape.planes, 1.000001 * far
@@ -94,7 +94,7 @@ def beside_triangle(shape, t, x, y, z, far):
     return False
 
 
-@helper
+@piece
 def outwards(shape, t, feature):
     """Which way is out there: a vector of any length."""
     if feature == FACE:
@@ -106,7 +106,7 @@ def outwards(shape, t, feature):
     return shape.vertex_normals[v, 0], shape.vertex_normals[v, 1], shape.vertex_normals[v, 2]
 
 
-@helper
+@piece
 def from_feature(shape, t, feature, x, y, z):
     """Distance from the plane, the line or the point that a feature is part of, and the unit vector away from it. Of a solid:
     outwards, and the distance is negative behind it."""
@@ -135,7 +135,7 @@ def from_feature(shape, t, feature, x, y, z):
     return distance, dx * inverse, dy * inverse, dz * inverse
 
 
-@helper
+@piece
 def crosses(shape, t, ax, ay, az, bx, by, bz, near):
     """Does the way from a to b lead through triangle ``t``, or past its rim nearer than ``near``?"""
     planes = shape.planes
@@ -151,7 +151,7 @@ def crosses(shape, t, ax, ay, az, bx, by, bz, near):
     return True
 
 
-@helper
+@piece
 def beside_box(tree, node, x, y, z):
     """Square of the distance from a box."""
     dx = max(tree.low[node, 0] - x, 0.0, x - tree.high[node, 0])

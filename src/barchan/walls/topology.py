@@ -1,7 +1,10 @@
 """What hangs together in a mesh: which triangles share an edge, which lie in one plane, which are one smooth surface.
 
-Contacts are told apart by *patches*: connected triangles whose normals differ by less than the feature angle. Smooth
-*surfaces* are made of patches; they end at edges that are sharper, at holes, and where more than two triangles meet.
+Smooth *surfaces* end at edges sharper than the feature angle, at holes, and where more than two triangles meet. Contacts are told
+apart by *patches*, pieces of them so chosen that a grain touches each at one place at most: of a piece whose normals lie within
+half the feature angle of one, two places where a grain rests would be in about one direction, and count once. That is so of its
+inner triangles; those at its rim, where a grain may rest on an edge or a corner in any direction, are patches each, unless the
+whole piece is flat and convex.
 """
 
 import warnings
@@ -197,11 +200,11 @@ def planes_of(vertices, corners, edges):
     return facet, normal[seed[facet]], offset[seed[facet]]
 
 
-def patches_of(normal, edges, angle):
-    """Patches and smooth surfaces, for a feature angle in degrees.
+def pieces_of(normal, edges, angle):
+    """Pieces of smooth surfaces whose normals are alike, and these surfaces, for a feature angle in degrees.
 
     Returns:
-        (number of each triangle's patch, number of each triangle's surface).
+        (number of each triangle's piece, number of each triangle's surface).
     """
     dihedral = np.einsum("tkc,tc->tk", normal[edges.beyond], normal)
     smooth = np.where(edges.alike & (dihedral >= cos(radians(angle)) - 1e-12), edges.beyond, -1)
@@ -213,3 +216,53 @@ def patches_of(normal, edges, angle):
 
     order = np.arange(len(normal))
     return regions(smooth, order, joins), regions(smooth, order, lambda seed, there: True)
+
+
+def rims_of(corners, piece, edges):
+    """True for vertices where pieces meet, or end, (vertices,)."""
+    lowest, highest = np.full(corners.max() + 1, piece.max() + 1), np.full(corners.max() + 1, -1)
+    for k in range(3):
+        np.minimum.at(lowest, corners[:, k], piece)
+        np.maximum.at(highest, corners[:, k], piece)
+    rim = lowest < highest
+    for end in (corners, corners[:, [1, 2, 0]]):
+        rim[end[edges.owners != 2]] = True
+    return rim
+
+
+def patches_of(vertices, corners, piece, facet, outer):
+    """Patches: what lies within a piece, and each triangle at its rim; a piece that is one convex facet as a whole.
+
+    Args:
+        piece, facet: (triangles,) numbers.
+        outer: (triangles,) bool, at the rim of its piece.
+
+    Returns:
+        Number of each triangle's patch, (triangles,).
+    """
+    first, last = np.full(piece.max() + 1, facet.max() + 1), np.full(piece.max() + 1, -1)
+    np.minimum.at(first, piece, facet)
+    np.maximum.at(last, piece, facet)
+    order = np.argsort(piece, kind="stable")
+    for triangles in np.split(order, np.flatnonzero(np.diff(piece[order])) + 1):
+        if len(triangles) > 1 and first[piece[triangles[0]]] == last[piece[triangles[0]]]:
+            outer[triangles] &= not _is_convex(vertices, corners[triangles])
+    own = piece.max() + 1 + np.arange(len(piece))
+    return np.unique(np.where(outer, own, piece), return_inverse=True)[1].reshape(-1)
+
+
+def _is_convex(vertices, corners):
+    """Whether triangles of one orientation in one plane are a convex polygon: its rim is one line, which turns one way, once."""
+    triangle, k = np.nonzero(Edges(corners).owners == 1)
+    start, end = corners[triangle, k], corners[triangle, (k + 1) % 3]
+    order = np.argsort(start)
+    follower = order[np.searchsorted(start[order], end) % len(start)]
+    if (start[follower] != end).any() or len(np.unique(start)) != len(start):
+        return False
+    a, b, c = vertices[corners[0]]
+    normal = np.cross(b - a, c - a) / np.sqrt((np.cross(b - a, c - a) ** 2).sum())
+    one = vertices[end] - vertices[start]
+    turn, along = np.cross(one, one[follower]) @ normal, (one * one[follower]).sum(axis=1)
+    chord = np.sqrt(((one + one[follower]) ** 2).sum(axis=1))
+    outwards = turn >= -10.0 * FLAT * np.abs(vertices).max() * chord
+    return bool(outwards.all() and abs(np.arctan2(turn, along).sum() - 2.0 * np.pi) < 1.0)

@@ -6,7 +6,18 @@ import numpy as np
 
 from barchan.errors import SceneError
 from barchan.kernels.triangles import Tree, Triangles
-from barchan.walls.topology import FLAT, Edges, checked_triangles, oriented, patches_of, planes_of, warn_of_holes, welded
+from barchan.walls.topology import (
+    FLAT,
+    Edges,
+    checked_triangles,
+    oriented,
+    patches_of,
+    pieces_of,
+    planes_of,
+    rims_of,
+    warn_of_holes,
+    welded,
+)
 from barchan.walls.tree import tree_around
 
 
@@ -78,7 +89,9 @@ def _shape(vertices, corners, angle, is_closed, period):
     one, across = welded(vertices), welded(vertices, period)
     edges, periodic_edges = Edges(one[corners]), Edges(across[corners])
     facet, normal, offset = planes_of(vertices, corners, edges)
-    patch, surface = patches_of(normal, periodic_edges, angle)
+    piece, surface = pieces_of(normal, periodic_edges, angle)
+    outer = rims_of(across[corners], piece, periodic_edges)[across[corners]].any(axis=1)
+    patch = patches_of(vertices, corners, piece, facet, outer)
     places, after = vertices[corners], vertices[corners[:, [1, 2, 0]]]
     along = after - places
     inwards = np.cross(normal[:, None, :], along)
@@ -93,7 +106,7 @@ def _shape(vertices, corners, angle, is_closed, period):
     owner = np.empty(patch.max() + 1, dtype=np.int64)
     owner[patch] = surface
     of_vertices = _at_vertices(one[corners], along, normal)[one]
-    rim = _at_rims(across[corners], patch, periodic_edges)[across]
+    rim = rims_of(across[corners], patch, periodic_edges)[across].astype(np.uint8)
     edge_normals = normal[:, None, :] + beside
     arrays = (vertices, corners, planes, slack, edge_normals, of_vertices, patch, owner, rim)
     return Triangles(*map(np.ascontiguousarray, arrays), int(is_closed))
@@ -107,15 +120,3 @@ def _at_vertices(corners, along, normal):
     sums = np.zeros((corners.max() + 1, 3))
     np.add.at(sums, corners, angle[:, :, None] * normal[:, None, :])
     return sums
-
-
-def _at_rims(corners, patch, edges):
-    """1 for vertices where patches meet, or end, (vertices,)."""
-    lowest, highest = np.full(corners.max() + 1, patch.max() + 1), np.full(corners.max() + 1, -1)
-    for k in range(3):
-        np.minimum.at(lowest, corners[:, k], patch)
-        np.maximum.at(highest, corners[:, k], patch)
-    rim = lowest < highest
-    for end in (corners, corners[:, [1, 2, 0]]):
-        rim[end[edges.owners != 2]] = True
-    return rim.astype(np.uint8)
