@@ -27,7 +27,7 @@ from barchan.parallel.guard import on_first_rank, raise_together
 from barchan.parallel.regroup import ById
 from barchan.writers.output import write_together
 
-FORMAT = 8
+FORMAT = 9
 
 #: Groups of what belongs to grains, as rows of theirs.
 _ROWS = ("contacts", "bonds")
@@ -108,7 +108,7 @@ def _about(sim):
             "high": sim.box.first[1].tolist(),
             "periodic": list(sim.box.periodic),
         },
-        "stretched": {**sim.box.state(), "servos": sim.deformation.state()},
+        "stretched": {**sim.box.state(), "servos": sim.deformation.state(sim)},
         "user_fields": [
             {
                 "name": f.name,
@@ -281,7 +281,7 @@ def restore(sim, path):
         sim.gravity = tuple(about["gravity"]["value"])
     sim.damping = Damping(**about["damping"])
     sim.box.restore(about["stretched"])
-    sim.deformation.restore(about["stretched"]["servos"])
+    sim.deformation.restore(sim, about["stretched"]["servos"])
     for number, (wall, wall_state) in enumerate(zip(sim.walls, about["walls"])):
         wall.restore(wall_state)
         wall.check(sim.box, f"checkpoint {path}: wall {number}")

@@ -93,31 +93,46 @@ class Deformation(NamedTuple):
         Raises:
             SceneError: a function returned something else than a finite number, or the step is too long for a shear.
         """
-        known = [0.0 if one is None else one.now if isinstance(one, StressServo) else one for one in self]
+        known = [0.0 if one is None else _seen(sim, one).rate if isinstance(one, StressServo) else one for one in self]
         rates = [rate(sim) if callable(rate) else rate for rate in known]
         found = np.array([_rate(f"deformation, t = {sim.time:g}: {axis}", rate) for axis, rate in zip(self._fields, rates)])
-        strain = np.abs(found[3:]).max() * sim.dt
+        fastest = int(np.abs(found[3:]).argmax())
+        strain = abs(found[3 + fastest]) * sim.dt
         if strain > MOST_SHEAR:
             raise SceneError(
-                f"deformation, t = {sim.time:g}: a shear by {strain:g} in a step, of at most {MOST_SHEAR}; lower rate or dt"
+                f"deformation, t = {sim.time:g}: {self._fields[3 + fastest]} = {found[3 + fastest]:g} [1/time] is a shear by "
+                f"{strain:g} in a step, of at most {MOST_SHEAR}; lower the rate or dt"
             )
         return found
 
     def look(self, sim):
         """Let the servos see what the grains carry now, those that have to; forces must be known. All ranks must call this."""
-        for servo in dict.fromkeys(one for one in self if isinstance(one, StressServo)):
-            if servo.looked == 0.0 or sim.step_number % servo.LOOK == 0:
-                servo.look(sim, [axes for axes, one in zip(AXES, self) if one is servo])
+        servos = list(dict.fromkeys(one for one in self if isinstance(one, StressServo)))
+        sim.held = {one: sim.held[one] for one in servos if one in sim.held}
+        for servo in servos:
+            seen = _seen(sim, servo)
+            if seen == NOTHING_SEEN or sim.step_number % servo.LOOK == 0:
+                axes = [axes for axes, one in zip(AXES, self) if one is servo]
+                sim.held[servo] = servo.look(sim, axes, seen)
 
-    def state(self):
+    def state(self, sim):
         """What a checkpoint keeps of the servos, in the order of the rates."""
-        return [one.state() if isinstance(one, StressServo) else None for one in self]
+        return [_seen(sim, one)._asdict() if isinstance(one, StressServo) else None for one in self]
 
-    def restore(self, state):
+    def restore(self, sim, state):
         """Take up what ``state`` returned."""
-        for one, known in zip(self, state):
-            if isinstance(one, StressServo):
-                one.restore(known)
+        servos = [(one, known) for one, known in zip(self, state) if isinstance(one, StressServo)]
+        sim.held = {one: Seen(**known) for one, known in servos}
+
+
+class Seen(NamedTuple):
+    """What a servo remembers of a simulation [1/time]: the rate at which it deforms the box now, and the mean of late."""
+
+    rate: float
+    steady: float
+
+
+NOTHING_SEEN = Seen(0.0, 0.0)
 
 
 class StressServo:
@@ -129,6 +144,8 @@ class StressServo:
     the rate of late, so that a target that grows steadily is followed without a lag. Stress and stiffness are looked up every
     ``LOOK`` steps.
 
+    It may stand in several simulations: each remembers for itself what it has seen (``Simulation.held``).
+
     Args:
         stress: of the axes that it stands for, contacts and motion, compression positive; of a shear, positive where it resists
             a flow of positive rate. A number, or a function of the simulation [force/length^2].
@@ -139,7 +156,6 @@ class StressServo:
     """
 
     SHARE, LOOK, MEMORY = 0.02, 10, 200
-    memory = ("steady", "now", "looked")
 
     def __init__(self, stress, max_rate):
         if not callable(stress):
@@ -147,13 +163,13 @@ class StressServo:
         self.stress, self.max_rate = stress, _rate("StressServo: max_rate", max_rate)
         if self.max_rate <= 0.0:
             raise SceneError(f"StressServo: max_rate = {shown(max_rate)} [1/time] must be above 0")
-        self.steady = self.now = self.looked = 0.0
 
-    def look(self, sim, axes):
-        """Find the rate from now on, ``now``; all ranks must call this.
+    def look(self, sim, axes, seen):
+        """Find the rate from now on, a ``Seen``; all ranks must call this.
 
         Args:
             axes: of what it stands for, among ``AXES``.
+            seen: what it found before.
         """
         target = self.stress(sim) if callable(self.stress) else self.stress
         target = _rate(f"StressServo, t = {sim.time:g}: stress", target, "force/length^2")
@@ -162,24 +178,13 @@ class StressServo:
         excess = float(np.mean(stress(sim).total[rows, columns]))
         excess += target if sheared else -target  # a flow of positive rate meets a shear stress below 0
         stiffness = _stiffness(sim, rows, columns)
-        self.looked = 1.0
         if stiffness == 0.0:
-            self.steady, self.now = 0.0, copysign(self.max_rate, excess)
-            return
+            return Seen(copysign(self.max_rate, excess), 0.0)
         correction = self.SHARE * excess / (stiffness * sim.dt)
-        found = self.steady + correction
-        if abs(found) < self.max_rate:
-            self.steady += correction * self.LOOK / self.MEMORY
-        self.now = min(max(found, -self.max_rate), self.max_rate)
-
-    def state(self):
-        """What a checkpoint keeps."""
-        return {name: getattr(self, name) for name in self.memory}
-
-    def restore(self, state):
-        """Take up what ``state`` returned."""
-        for name in self.memory:
-            setattr(self, name, float(state[name]))
+        found = seen.steady + correction
+        if abs(found) >= self.max_rate:  # it can do no more: a steady rate that went on growing would be kept too long
+            return Seen(copysign(self.max_rate, found), seen.steady)
+        return Seen(found, seen.steady + correction * self.LOOK / self.MEMORY)
 
 
 def deform(sim, rates):
@@ -201,6 +206,10 @@ def _stiffness(sim, rows, columns):
         terms.append(np.maximum(pairs.normal_force, 0.0) / pairs.overlap * moduli)
     volume = float(np.prod(sim.box.span)) * len(rows) ** 2
     return float(exact_sums([np.concatenate([np.zeros(0), *terms])], sim.comm)[0, 0]) / volume
+
+
+def _seen(sim, servo):
+    return sim.held.get(servo, NOTHING_SEEN)
 
 
 def _rate(what, value, dimension="1/time"):

@@ -64,6 +64,7 @@ class Simulation(Assembly):
         self.threads = default_threads(self.comm.ranks_on_node) if threads is None else threads
         self.max_overlap, self.skin, self.check_dt = 0.2, None, True
         preflight.check_settings(self)
+        self.held = {}  # what the servos of the deformation have seen
         self._gravity, self._damping = Gravity(gravity, box.dimension), self.damping
         self.actions, self.writers = [], []
         self.step_number, self.time = 0, 0.0

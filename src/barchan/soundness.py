@@ -71,9 +71,8 @@ class _Box(_Part):
 
 
 class _Servo(_Part):
+    rate: Annotated[float, Field(allow_inf_nan=False)]
     steady: Annotated[float, Field(allow_inf_nan=False)]
-    now: Annotated[float, Field(allow_inf_nan=False)]
-    looked: Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class _Stretched(_Part):

@@ -80,10 +80,25 @@ def test_stages_are_what_the_parameters_say():
 
 def test_laws_go_through_points_of_their_own():
     inertial = np.array([0.01, 0.02, 0.05, 0.1, 0.2, 0.4])
-    assert friction_of(inertial, GLASS_BEADS.at(inertial))[:3] == pytest.approx(GLASS_BEADS[:3], rel=0.02)
+    exact, straight = friction_of(inertial, GLASS_BEADS.at(inertial)), friction_of(inertial, 0.35 + 0.5 * inertial)
+    assert exact[:3] == pytest.approx(GLASS_BEADS[:3], rel=1e-4) and exact.determined
+    assert (exact.mu_2, exact.i_0) == pytest.approx((0.644, 0.279), rel=1e-4)
+    assert straight[:3] == pytest.approx((0.35, 0.5, 0.0), abs=1e-4)
     filling = filling_of(inertial, 0.6 - 0.2 * inertial)
     assert filling == pytest.approx((0.6, 0.2, 0.0), abs=1e-12)
     assert friction_of(inertial, GLASS_BEADS.at(inertial) + 0.01 * (-1.0) ** np.arange(6)).miss == pytest.approx(0.01, rel=0.2)
+
+
+def test_laws_know_their_errors():
+    """Of a hundred sets of measured values, the error is how far the fits scatter; where all are slow, mu_2 is unknown."""
+    inertial, random = np.array([0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6]), np.random.default_rng(1)
+    found = [friction_of(inertial, GLASS_BEADS.at(inertial) + 0.003 * random.standard_normal(8)) for _ in range(100)]
+    for one in range(3):
+        said = np.sqrt(np.mean([law.errors[one] ** 2 for law in found]))
+        assert said == pytest.approx(np.std([law[one] for law in found]), rel=0.3)
+    assert all(law.determined for law in found)
+    slow = inertial[:4]
+    assert not friction_of(slow, GLASS_BEADS.at(slow) + 0.003 * random.standard_normal(4)).determined
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from barchan.experiments.shear.results import heights, laws_of, read, steady_stages
+from barchan.experiments.shear.results import NEEDED, heights, laws_of, read, steady_stages
 from barchan.experiments.shear.rheology import GLASS_BEADS
 from barchan.view.grains import draw_grains
 from barchan.view.style import COLOURS, figure
@@ -30,9 +30,11 @@ def rheology(found, path):
         for axis, name in zip(axes, ("mu", "solid")):
             values, errors = ([getattr(one, f"{name}{end}") for one in found] for end in ("", "_error"))
             axis.errorbar(inertial, values, 2.0 * np.array(errors), fmt="o", markersize=4, capsize=2, label="sheared")
-        if len(found) >= 3:
+        if len(found) >= NEEDED:
             friction, filling = laws_of(found)
-            label = f"$\\mu_s$ = {friction.mu_s:.3f}, $\\mu_2$ = {friction.mu_2:.3f}, $I_0$ = {friction.i_0:.2f}"
+            label = f"$\\mu_s$ = {friction.mu_s:.3f} $\\pm$ {friction.errors[0]:.3f}"
+            if friction.determined:
+                label += f", $\\mu_2$ = {friction.mu_2:.3f}, $I_0$ = {friction.i_0:.2f}"
             axes[0].plot(between, friction.at(between), color=COLOURS[6], linewidth=1.0, zorder=1, label=label)
             label = f"$\\phi_c$ = {filling.phi_c:.3f}, $a$ = {filling.slope:.3f}"
             axes[1].plot(between, filling.at(between), color=COLOURS[6], linewidth=1.0, zorder=1, label=label)

@@ -22,6 +22,9 @@ PARTS = 5
 HELD, STRAIGHT, EVEN, STEADY, WORK, OVERLAP = 0.01, 0.05, 0.05, 0.01, 0.02, 0.05
 
 
+#: Stages that laws need to be drawn through them, with errors.
+NEEDED = 4
+
 #: What falls from stage to stage, and what grows.
 ORDER = (("mu", 1.0), ("solid", -1.0))
 
@@ -72,10 +75,9 @@ def results(scene, directory):
         return Results([*values, ("shear", "no stage is complete yet")], [], [])
     values += [_told(one) for one in found]
     checks = [*_stage_checks(found)]
-    if len(found) >= 3:
+    if len(found) >= NEEDED:
         friction, filling = laws_of(found)
-        law = f"mu_s = {friction.mu_s:.3f}, mu_2 = {friction.mu_2:.3f}, I_0 = {friction.i_0:.3f}"
-        values.append(("mu(I)", f"{law}, {friction.miss:.4f} rms off; glass beads: {_of_glass_beads()}"))
+        values.append(("mu(I)", f"{_told_friction(friction)}; {friction.miss:.4f} rms off; glass beads: {_of_glass_beads()}"))
         values.append(("phi(I)", f"{filling.phi_c:.4f} - {filling.slope:.3f} I, {filling.miss:.4f} rms off"))
     checks += _energy_checks(scene, time, read(directory, "energy"))
     checks += time_step(scene, record.sittings(directory / "record.json"))
@@ -173,8 +175,14 @@ def _told(one):
     return f"I = {one.inertial:.4f}", f"{errors}; {contacts}, {100.0 * one.sliding:.0f} % slide; {differences}"
 
 
+def _told_friction(law):
+    low, slope = (f"{value:.3f} +- {error:.3f}" for value, error in zip(law[:2], law.errors))
+    fast = f"mu_2 = {law.mu_2:.3f}, I_0 = {law.i_0:.3f}" if law.determined else "too few fast stages to tell mu_2 and I_0"
+    return f"mu_s = {low}, slope {slope} there; {fast}"
+
+
 def _of_glass_beads():
-    return ", ".join(f"{value:.3f}" for value in GLASS_BEADS[:3])
+    return f"{GLASS_BEADS.mu_s:.3f}, slope {GLASS_BEADS.slope:.3f}, {GLASS_BEADS.mu_2:.3f}, {GLASS_BEADS.i_0:.3f}"
 
 
 def _stage_checks(found):
