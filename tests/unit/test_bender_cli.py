@@ -11,8 +11,10 @@ from barchan.cli import app
 from barchan.compare import differences, last_state
 from barchan.errors import SceneError
 from barchan.experiments.bender import Bender
+from barchan.experiments.bender.elastic import crystal_speeds
+from barchan.experiments.bender.pictures import moments
 from barchan.scene import read_scene_file
-from barchan.writers import read_table
+from barchan.writers import frames, read_grain_frame, read_table
 
 SMALL = ("--packing", "fcc", "--across", "3", "--along", "60", "--shear-frequency", "50kHz", "--compression-frequency", "70kHz")
 SETTINGS = ("listen=60us", "settle=30us", "rest=90us", "spacing=1mm", "signal_every=0.6us")
@@ -35,13 +37,19 @@ def test_it_leaves_tables_figures_and_a_summary_and_resumes_in_a_pulse(tmp_path)
     run(out, "--checkpoint-every", "1211")
     _, scene = read_scene_file(out / "scene.toml", {"bender": Bender})
     assert 0 < 1211 - scene.shots[1].begin < 0.5 / (70e3 * scene.dt)
-    names = {"received.png", "time_distance.png", "arrivals.png", "spectrum.png"}
+    names = {"wave.png", "received.png", "time_distance.png", "arrivals.png", "spectrum.png"}
     assert {path.name for path in (out / "figures").iterdir()} == names
     summary = (out / "summary.txt").read_text()
     for words in ("Vs, 50 kHz", "Vp, 70 kHz", "first deflection", "wavelength S", "G0 = ", "of the crystal", "pulse is small"):
         assert words in summary
     signals = read_table(out / "tables" / "signals.csv")
     assert set(signals["shot"]) == {0, 1} and len(np.unique(signals["distance [m]"].round(6))) == 29
+    for shot in scene.shots:
+        (frame,) = (frame for frame in frames(out / "frames", "grains") if frame.step == moments(scene, shot)[2])
+        fields, since = read_grain_frame(frame.path).fields, (frame.step - shot.begin) * scene.dt - 0.25 / shot.frequency
+        fastest = np.argmax(fields["velocity"][:, shot.axis])
+        gone = abs(fields["position"][fastest, 2]) / crystal_speeds(scene).of(shot.kind)
+        assert gone == pytest.approx(since, abs=0.1 / shot.frequency), "the crest of the wave is where theory has it"
     shutil.copytree(out, again)
     all_checkpoints(again / "checkpoints")[-1].unlink()
     barchan("run", "bender", "--resume", again)
