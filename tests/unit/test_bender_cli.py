@@ -70,6 +70,10 @@ def test_it_leaves_tables_figures_and_a_summary_and_resumes_in_a_pulse(tmp_path)
         ({"signal_every": "4 us"}, r"signal_every = 4e-06 s must be at most a tenth of a period, 3\.7"),
         ({"listen": "90 us"}, "listen = 9e-05 s must be at least twice the longest period, 5e-05 s"),
         ({"spacing": "7 mm", "along": 60}, r"spacing = 0\.007 m must be at most a tenth of the sample's length, 0\.06 m"),
+        ({"patch": "9 mm"}, r"patch = 0\.009 m must be no wider than the sample, 0\.008 m"),
+        ({"pulse_stress": "-1 Pa"}, r"pulse_stress = '-1 Pa' .* > 0 Pa is needed"),
+        ({"dt": "0.3 us"}, r"dt = 3e-07 s is above the stable time step, 1\.58e-07 s"),
+        ({"dt": "0.4 us", "packing": "fcc"}, r"dt = 4e-07 s is above the stable time step, 3\.1\de-07 s"),
         ({"radius_max": "0.1 mm"}, r"radius_max = 0\.0001 m is below radius_min = 0\.00045 m"),
     ],
 )
@@ -82,6 +86,13 @@ def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path):
     with pytest.raises(SceneError, match="sweep = '0'"):
         run(tmp_path / "out", "--sweep", "0")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_sample_without_contacts_is_told(tmp_path):
+    loose = ("press=0.15us", "hold=0.15us", "settle=0.15us", "listen=100us", "rest=0.15us")
+    with pytest.raises(SceneError, match=r"the sample has no contacts at step 3, when the first pulse begins.*press longer"):
+        settings = (word for text in loose for word in ("--set", text))
+        barchan("run", "bender", "--across", "3", "--along", "20", *settings, "--threads", "1", "--out", tmp_path / "out")
 
 
 def test_the_list_names_it():

@@ -1,11 +1,11 @@
 """What waves have shown, from the tables of their run."""
 
-from math import pi, sqrt
+from math import sqrt
 
 import numpy as np
 
 from barchan.experiments.bender.arrival import METHODS
-from barchan.experiments.bender.elastic import contact
+from barchan.experiments.bender.elastic import contact, stable_step
 from barchan.experiments.bender.wave import waves
 from barchan.experiments.experiment import Check, Results
 from barchan.units import readable
@@ -23,9 +23,6 @@ SMALL = 0.02
 
 #: Least wavelengths between the first receiver and the last, and in diameters.
 WAVELENGTHS, LONG = 2.0, 10.0
-
-#: dt <= SAFE sqrt(m/k), as for any scene.
-SAFE = 0.17
 
 
 def results(scene, directory):
@@ -123,9 +120,7 @@ def _step_check(scene, heard):
     """The stable time step of the largest overlap that there was at a pulse: stiffness grows with its root."""
     overlap = max(wave.sample["largest overlap [1]"] for wave in heard) * scene.diameter
     typical = contact(scene, scene.pressure * scene.diameter**2)
-    stiffest = typical.kn * sqrt(overlap / typical.overlap)
-    radius = scene.radius_min if scene.packing == "random" else 0.5 * scene.diameter
-    stable = SAFE * sqrt(scene.density * 4.0 / 3.0 * pi * radius**3 / stiffest)
+    stable = stable_step(scene, typical._replace(overlap=overlap, kn=typical.kn * sqrt(overlap / typical.overlap)))
     return Check("time step", readable(scene.dt, "s"), f"{readable(stable, 's')}, the stable one", scene.dt <= stable)
 
 

@@ -10,10 +10,12 @@ from barchan.actions import Change
 from barchan.chance import uniform
 from barchan.deformation import Deformation, StressServo
 from barchan.domain import Box
+from barchan.errors import SceneError
 from barchan.experiments.bender.elastic import crystal_contact
 from barchan.experiments.experiment import Stage
 from barchan.forces import Damping
 from barchan.materials import Material
+from barchan.measure import coordination
 from barchan.measure.sums import exact_sums
 from barchan.packing import scatter
 from barchan.packing.lattice import lattice, mean_volume
@@ -51,7 +53,7 @@ def build(scene, threads=None, comm=None, with_grains=True):
     glass = Material("glass", friction=scene.press_friction if random else scene.friction, **elastic)
     box, place, radius = _loose(scene, comm) if random else _crystal(scene, comm)
     sim = Simulation(box, laws.hertz_mindlin, glass, scene.dt, threads=threads, comm=comm)
-    sim.check_dt = False  # which is for overlaps of 5 %; results check that of the overlaps there were
+    sim.check_dt = False  # which is for overlaps of 5 %; the scene checks that of its pressure, results that of what there was
     sim.add_field("push", dimension="length^2/mass")
     sim.add_field("receiver", dtype=np.int32, default=NO_RECEIVER)
     rate = sqrt(scene.pressure / scene.density) / scene.diameter
@@ -104,7 +106,16 @@ class Pulse:
 
 def mark(sim, scene):
     """Let grains know how the pulse pushes them (``push``, acceleration over stress, which is area over the mass that is shaken),
-    and which receiver listens to them (``receiver``). All ranks must call this."""
+    and which receiver listens to them (``receiver``). All ranks must call this.
+
+    Raises:
+        SceneError: no grains touch.
+    """
+    if not coordination(sim).plain:
+        raise SceneError(
+            f"the sample has no contacts at step {sim.step_number}, when the first pulse begins, so no wave can run "
+            f"through it: press longer (press = {scene.press:g} s), or with more pressure ({scene.pressure:g} Pa)"
+        )
     grains, width = sim.grains, sim.box.length
     place = grains.view("position") - 0.5 * (sim.box.low + sim.box.high)
     height, aside = np.abs(place[:, 2]), np.hypot(place[:, 0], place[:, 1])
