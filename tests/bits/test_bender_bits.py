@@ -80,16 +80,16 @@ def test_a_run_that_is_killed_ends_with_the_same_bits(tmp_path):
     settings = (word for name, value in SCENE.items() for word in ("--set", f"{name}={value}"))
     command = [sys.executable, "-m", "barchan", "run", "bender", "--threads", "1"]
     whole, killed = tmp_path / "whole", tmp_path / "killed"
-    start = [*command, *settings, "--checkpoint-every", "100"]
+    start = [*command, *settings, "--checkpoint-every", "20"]
     subprocess.run([*start, "--out", whole], check=True, capture_output=True)
     goes_on = [*start, "--out", killed]
     for stop in (PRESSED // 2, STOPS[-1]):
         process = subprocess.Popen(goes_on, stdout=subprocess.DEVNULL)
-        while process.poll() is None and last_step(killed) < stop - 100:
+        while process.poll() is None and last_step(killed) < stop:
             time.sleep(2e-3)
         process.kill()
         assert process.wait() == -signal.SIGKILL, "it had steps to go"
-        goes_on = [*command, "--checkpoint-every", "100", "--resume", killed]
+        goes_on = [*command, "--checkpoint-every", "20", "--resume", killed]
         assert last_step(killed) < Bender.make(SCENE).shots[-1].rested
     subprocess.run(goes_on, check=True, capture_output=True)
     assert differences(last_state(whole), last_state(killed)) == []
