@@ -80,7 +80,7 @@ def stages(scene):
     shots = scene.shots
     found = [Stage("press", pressed, _nothing), Stage("hold", held, _nothing), Stage("settle", shots[0].begin, _nothing)]
     for shot in shots:
-        begin = partial(mark, scene=scene) if shot is shots[0] else _nothing
+        begin = partial(_listen, scene=scene) if shot is shots[0] else _nothing
         found += [Stage(f"listen {shot.name}", shot.end, begin), Stage(f"rest {shot.name}", shot.rested, _nothing)]
     return found
 
@@ -106,16 +106,7 @@ class Pulse:
 
 def mark(sim, scene):
     """Let grains know how the pulse pushes them (``push``, acceleration over stress, which is area over the mass that is shaken),
-    and which receiver listens to them (``receiver``). All ranks must call this.
-
-    Raises:
-        SceneError: no grains touch.
-    """
-    if not coordination(sim).plain:
-        raise SceneError(
-            f"the sample has no contacts at step {sim.step_number}, when the first pulse begins, so no wave can run "
-            f"through it: press longer (press = {scene.press:g} s), or with more pressure ({scene.pressure:g} Pa)"
-        )
+    and which receiver listens to them (``receiver``). All ranks must call this."""
     grains, width = sim.grains, sim.box.length
     place = grains.view("position") - 0.5 * (sim.box.low + sim.box.high)
     height, aside = np.abs(place[:, 2]), np.hypot(place[:, 0], place[:, 1])
@@ -135,6 +126,20 @@ def mark(sim, scene):
 def receivers(scene, length):
     """Number of receivers in a sample of a length [m]: whole layers between its middle and its end."""
     return int(0.5 * length / scene.spacing)
+
+
+def _listen(sim, scene):
+    """Refuse a sample through which no wave can run; let grains know their parts in the pulses.
+
+    Raises:
+        SceneError: no grains touch.
+    """
+    if not coordination(sim).plain:
+        raise SceneError(
+            f"the sample has no contacts at step {sim.step_number}, when the first pulse begins, so no wave can run "
+            f"through it: press longer (press = {scene.press:g} s), or with more pressure ({scene.pressure:g} Pa)"
+        )
+    mark(sim, scene)
 
 
 def _nothing(sim):
