@@ -1,9 +1,16 @@
 """A sample that is pressed and shaken leaves the same files on any number of threads and ranks, and stopped in any stage."""
 
+import signal
+import subprocess
+import sys
+import time
+
 import numpy as np
 import pytest
 from staged import files, run
 
+from barchan.checkpoint import all_checkpoints
+from barchan.compare import differences, last_state
 from barchan.experiments.bender import BENDER, Bender, build
 from barchan.experiments.bender.setup import mark
 from barchan.parallel import virtual_ranks
@@ -59,3 +66,32 @@ def test_one_grain_is_shaken_wherever_ranks_share_the_layer():
     (_, alone), *_ = virtual_ranks(1, shaken)
     (here, one), (there, other) = virtual_ranks(2, shaken)
     assert here and there and one + other == alone and len(alone) == 1
+
+
+def last_step(directory):
+    """Of the newest checkpoint of a run; 0 without one."""
+    paths = all_checkpoints(directory / "checkpoints") if (directory / "checkpoints").exists() else []
+    return max((int(path.stem.split("_")[1]) for path in paths), default=0)
+
+
+@pytest.mark.validate
+def test_a_run_that_is_killed_ends_with_the_same_bits(tmp_path):
+    """By the command, kill -9 while it is pressed and while it is shaken; then it goes on."""
+    settings = (word for name, value in SCENE.items() for word in ("--set", f"{name}={value}"))
+    command = [sys.executable, "-m", "barchan", "run", "bender", "--threads", "1"]
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    start = [*command, *settings, "--checkpoint-every", "20"]
+    subprocess.run([*start, "--out", whole], check=True, capture_output=True)
+    goes_on = [*start, "--out", killed]
+    for stop in (PRESSED // 2, STOPS[-1]):
+        process = subprocess.Popen(goes_on, stdout=subprocess.DEVNULL)
+        while process.poll() is None and last_step(killed) < stop:
+            time.sleep(2e-3)
+        process.kill()
+        assert process.wait() == -signal.SIGKILL, "it had steps to go"
+        goes_on = [*command, "--checkpoint-every", "20", "--resume", killed]
+        assert last_step(killed) < Bender.make(SCENE).shots[-1].rested
+    subprocess.run(goes_on, check=True, capture_output=True)
+    assert differences(last_state(whole), last_state(killed)) == []
+    for name in ("tables", "frames"):
+        assert files(whole / name) == files(killed / name)

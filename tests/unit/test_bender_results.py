@@ -5,6 +5,7 @@ import pytest
 
 from barchan.experiments.bender import Bender
 from barchan.experiments.bender.arrival import METHODS, arrivals, line, phase_speeds
+from barchan.experiments.bender.dispersion import dispersion
 from barchan.experiments.bender.elastic import affine_speeds, contact, crystal_speeds
 
 SCENE, FREQUENCY = Bender(), 20e3
@@ -39,6 +40,22 @@ def test_speeds_of_the_phase_are_those_of_a_wave_that_disperses():
     frequencies = np.array([10e3, 20e3, 30e3])
     expected = speed / (1.0 + bend * (2.0 * np.pi * frequencies) ** 2)
     assert phase_speeds(distance, time, signals, frequencies) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_simple_cubic_crystal_bounds_its_arrivals():
+    """omega = 2 sqrt(k/m) sin(q d/2): the group runs at cos(q d/2) of the speed of long waves, d sqrt(k/m)."""
+    d, rate = 1e-3, 4e5
+    q = np.linspace(100.0, 500.0, 30)
+    omega = 2.0 * rate * np.sin(0.5 * q * d)
+    found = dispersion(omega / (2.0 * np.pi), omega / q)
+    assert (found.long, found.spacing) == pytest.approx((d * rate, d), rel=5e-3)
+    frequency, speed = omega[20] / (2.0 * np.pi), omega[20] / q[20]
+    group = d * rate * np.cos(0.5 * q[20] * d)
+    assert group == pytest.approx((omega[21] - omega[19]) / (q[21] - q[19]), rel=1e-4)
+    assert found.group(frequency, speed) == pytest.approx(group, rel=2e-3)
+    shares = [found.outside(frequency, speed, arrival) for arrival in (speed, 1.05 * d * rate, 0.9 * group)]
+    assert shares == pytest.approx([0.0, 0.05, 0.1], abs=4e-3)
+    assert dispersion(frequency * np.array([1.0, 2.0]), np.array([300.0, 310.0])).spacing == 0.0
 
 
 def test_the_crystal_has_the_published_speeds():

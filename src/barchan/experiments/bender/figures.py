@@ -1,8 +1,9 @@
-"""Pictures of waves, from the tables of their run."""
+"""Pictures of waves, from the tables and frames of their run."""
 
 import numpy as np
 
 from barchan.experiments.bender.arrival import METHODS, spectra
+from barchan.experiments.bender.pictures import wave_pictures
 from barchan.experiments.bender.results import peak
 from barchan.experiments.bender.wave import waves
 from barchan.view.style import COLOURS, figure
@@ -16,6 +17,9 @@ _MARKS = ("v", "^", "o", "s")
 def figures(scene, directory):
     """Draw all figures of the run in ``directory``; yields their paths."""
     out, heard = directory / "figures", [wave for wave in waves(scene, directory) if wave.heard.sum() >= 3]
+    picture = wave_pictures(scene, directory, out / "wave.png")
+    if picture is not None:
+        yield picture
     if not heard:
         return
     first = heard[:2]

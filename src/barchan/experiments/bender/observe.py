@@ -2,16 +2,18 @@
 
 import numpy as np
 
+from barchan.experiments.bender.pictures import SHOWN, moments
 from barchan.experiments.bender.setup import receivers
 from barchan.measure import ContactStatistics, coordination, solid_fraction, stress, unbalanced_force
 from barchan.measure.base import full_step, squared
 from barchan.measure.sums import exact_sums
 from barchan.triggers import At, Every
-from barchan.writers import Table
+from barchan.writers import GrainFrames, Table
 
 
 def instruments(scene, directory):
-    """The writers that watch a test: the sample as it is pressed and at the beginning of each pulse, and the signals.
+    """The writers that watch a test: the sample as it is pressed and at the beginning of each pulse, the signals, and
+    grains at moments of the first pulses.
 
     Args:
         scene: a ``Bender``.
@@ -20,10 +22,12 @@ def instruments(scene, directory):
     tables, shots, every = directory / "tables", scene.shots, scene.steps(scene.signal_every)
     begins, ends = np.array([(shot.begin, shot.end) for shot in shots]).T
     points = [step for begin, end in zip(begins, ends) for step in range(begin + every, end + 1, every)]
+    seen = [step for shot in shots[:SHOWN] for step in moments(scene, shot)]
     return [
         Table(tables / "sample.csv", Every(scene.steps(scene.table_every)), sample_row),
         Table(tables / "pulses.csv", At(*(begins + 1)), sample_row),  # before anything moves; in a sweep that is continued, too
         Table(tables / "signals.csv", At(*points), lambda sim: signal_rows(sim, scene, np.searchsorted(ends, sim.step_number))),
+        GrainFrames(directory / "frames", At(*seen)),
     ]
 
 

@@ -6,6 +6,7 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from barchan.experiments.bender.elastic import stable_step, stiffest_contact
 from barchan.experiments.scenes import Graded
 from barchan.packing.lattice import mean_volume
 from barchan.scene import quantity
@@ -76,6 +77,17 @@ class Bender(Graded):
         if self.spacing > 0.1 * self.along * self.diameter:
             raise ValueError(
                 f"spacing = {self.spacing:g} m must be at most a tenth of the sample's length, {self.along * self.diameter:g} m"
+            )
+        if self.patch > self.across * self.diameter:
+            raise ValueError(
+                f"patch = {self.patch:g} m must be no wider than the sample, {self.across * self.diameter:g} m (across = "
+                f"{self.across} mean diameters); 0 shakes all of the section"
+            )
+        stable = stable_step(self, stiffest_contact(self))
+        if self.dt > stable:
+            raise ValueError(
+                f"dt = {self.dt:g} s is above the stable time step, {stable:.3g} s (0.17 sqrt(m/k), the lightest grain and the "
+                f"stiffest contact under {self.pressure:g} Pa); use a smaller dt, larger or softer grains or less pressure"
             )
         return self
 

@@ -10,10 +10,12 @@ from barchan.actions import Change
 from barchan.chance import uniform
 from barchan.deformation import Deformation, StressServo
 from barchan.domain import Box
+from barchan.errors import SceneError
 from barchan.experiments.bender.elastic import crystal_contact
 from barchan.experiments.experiment import Stage
 from barchan.forces import Damping
 from barchan.materials import Material
+from barchan.measure import coordination
 from barchan.measure.sums import exact_sums
 from barchan.packing import scatter
 from barchan.packing.lattice import lattice, mean_volume
@@ -51,7 +53,7 @@ def build(scene, threads=None, comm=None, with_grains=True):
     glass = Material("glass", friction=scene.press_friction if random else scene.friction, **elastic)
     box, place, radius = _loose(scene, comm) if random else _crystal(scene, comm)
     sim = Simulation(box, laws.hertz_mindlin, glass, scene.dt, threads=threads, comm=comm)
-    sim.check_dt = False  # which is for overlaps of 5 %; results check that of the overlaps there were
+    sim.check_dt = False  # which is for overlaps of 5 %; the scene checks that of its pressure, results that of what there was
     sim.add_field("push", dimension="length^2/mass")
     sim.add_field("receiver", dtype=np.int32, default=NO_RECEIVER)
     rate = sqrt(scene.pressure / scene.density) / scene.diameter
@@ -78,7 +80,7 @@ def stages(scene):
     shots = scene.shots
     found = [Stage("press", pressed, _nothing), Stage("hold", held, _nothing), Stage("settle", shots[0].begin, _nothing)]
     for shot in shots:
-        begin = partial(mark, scene=scene) if shot is shots[0] else _nothing
+        begin = partial(_listen, scene=scene) if shot is shots[0] else _nothing
         found += [Stage(f"listen {shot.name}", shot.end, begin), Stage(f"rest {shot.name}", shot.rested, _nothing)]
     return found
 
@@ -124,6 +126,20 @@ def mark(sim, scene):
 def receivers(scene, length):
     """Number of receivers in a sample of a length [m]: whole layers between its middle and its end."""
     return int(0.5 * length / scene.spacing)
+
+
+def _listen(sim, scene):
+    """Refuse a sample through which no wave can run; let grains know their parts in the pulses.
+
+    Raises:
+        SceneError: no grains touch.
+    """
+    if not coordination(sim).plain:
+        raise SceneError(
+            f"the sample has no contacts at step {sim.step_number}, when the first pulse begins, so no wave can run "
+            f"through it: press longer (press = {scene.press:g} s), or with more pressure ({scene.pressure:g} Pa)"
+        )
+    mark(sim, scene)
 
 
 def _nothing(sim):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from barchan.experiments.bender.arrival import METHODS, arrivals, line, phase_speeds, spectra
+from barchan.experiments.bender.dispersion import dispersion
 from barchan.experiments.bender.elastic import affine_speeds, crystal_speeds
 from barchan.writers import read_table
 
@@ -65,6 +66,11 @@ class Wave(NamedTuple):
         None."""
         found = self.phases([self.shot.frequency])
         return None if found is None else float(found[0])
+
+    @property
+    def dispersion(self):
+        """The ``Dispersion`` of its phases; for a wave that has a ``speed``."""
+        return dispersion(self.band, self.phases(self.band))
 
 
 def waves(scene, directory):
