@@ -436,3 +436,21 @@ def test_forces_on_triangles_are_told_one_by_one(monkeypatch):
         assert not forces[np.isfinite(expected).all(axis=1)].any()
         np.testing.assert_allclose(np.sort(forces[[2, 3], 2]), [-30.0, -20.0])
         assert sorted(forces[[10, 11], 0]) == pytest.approx([-30.0, 0.0])
+
+
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_the_time_step_has_to_suit_a_mesh_that_is_stiffer_than_the_grains(share):
+    """0.17 sqrt(m/k) with the stiffness of grain and mesh: in that step a grain bounces without loss, a longer one is refused."""
+    soft, hard = (bc.Material(name, density=1.0, kn=kn, kt=1.0, friction=0.0) for name, kn in (("soft", 1e2), ("hard", 1e6)))
+    sim = bc.Simulation(bc.Box((0, 0, -1), (6, 6, 6)), bc.laws.linear, [soft, hard], dt=1.0, threads=1)
+    sim.add_wall(bc.Mesh(*meshes.floor("two", 6.0), material="hard"))
+    sim.add_grains((3, 2, 0.6), 0.5, "soft", velocity=(0, 0, -1.0))
+    stiffness = sim.materials.table(bc.laws.linear)[list(bc.laws.linear.parameters).index("kn"), 1]
+    sim.dt = share * 0.17 * np.sqrt(sim.grains.mass[0] / stiffness)
+    if share > 1.0:
+        with pytest.raises(SceneError, match="above the stable time step"):
+            sim.run(1)
+    else:
+        for _ in range(int(0.6 / sim.dt)):
+            sim.run(1)
+        assert sim.grains.velocity[0, 2] == pytest.approx(1.0, rel=0.01) and stiffness > 1.9e2
