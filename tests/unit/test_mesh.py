@@ -341,18 +341,18 @@ def test_what_is_no_mesh_is_refused(make, message):
         make()
 
 
-@pytest.mark.parametrize(("factor", "ok"), [(5e-3, False), (0.05, True), (1.0, True), (4e7, False)])
+@pytest.mark.parametrize(("factor", "ok"), [(3.5e-3, False), (5e-3, True), (1.0, True), (4e7, False)])
 def test_a_mesh_is_of_a_size_that_grains_can_touch(factor, ok):
-    """Extents of 0.02, 0.2, 4 and 1.6e8 for grains of radius 1 in a box of 5 or 1e7."""
-    sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)) if factor < 10.0 else bc.Box((0, 0, 0), (1e7, 1e7, 1e7)))
+    """Extents of 0.014, 0.02, 4 and 1.6e8 for grains of radius 0.5 in a box of 4 or 1e7."""
+    sim = simulation(bc.Box((0, 0, 0), (4, 4, 4)) if factor < 10.0 else bc.Box((0, 0, 0), (1e7, 1e7, 1e7)))
     sim.add_wall(bc.Mesh(np.multiply(CUBE[0] - 10.0, factor) + 2.5, CUBE[1]))
-    sim.add_grains([(1, 1, 1)], 1.0)
+    sim.add_grains([(1, 1, 1)], 0.5)
     sim.max_overlap = np.inf
     if ok:
         sim.run(1)
     else:
         with pytest.raises(
-            SceneError, match=r"wall 0 .mesh.: it extends over .* typical grain has a radius of 1: is its unit right"
+            SceneError, match=r"wall 0 .mesh.: it extends over .* typical grain has a radius of 0.5: is its unit right"
         ):
             sim.run(1)
 
