@@ -373,6 +373,16 @@ def test_cracks_and_small_holes_are_told():
         bc.Mesh(*CUBE)
 
 
+def test_places_are_those_of_the_triangles_as_they_were_given():
+    """In their order, however they are sorted within; where the mesh is once it has moved and turned by half a turn."""
+    vertices, triangles = meshes.ball(2.0, 2)
+    mesh = bc.Mesh(vertices, triangles, velocity=(0.5, 0, 0), omega=(0, 0, np.pi))
+    for sign in (1, -1):
+        given = vertices[triangles].mean(axis=1) * (sign, sign, 1) + (0.0 if sign > 0 else 0.5, 0, 0)
+        np.testing.assert_allclose(mesh.places.mean(axis=1), given, rtol=0.0, atol=1e-12)
+        mesh.move(1.0)
+
+
 def test_vertices_that_meet_across_a_period_are_one():
     """Also where rounding takes one of them to the other end."""
     places = np.array([(0.0, 1, 2), (6.0, 1, 2), (6.0 - 1e-13, 1, 2), (-1e-14, 1.0 + 1e-12, 2), (3, 1, 2)])
