@@ -58,7 +58,7 @@ class Deformation(NamedTuple):
 
         Raises:
             SceneError: an axis is not periodic, what stands for it is no rate, there are several shears, a servo is to hold
-                stresses that are not alike, or a wall stands in the way of a shear.
+                stresses that are not alike, or a wall stands in the way.
         """
         given = [(name, axes, one) for name, axes, one in zip(self._fields, AXES, self) if one is not None]
         for name, axes, one in given:
@@ -79,13 +79,18 @@ class Deformation(NamedTuple):
                 raise SceneError(
                     f"deformation: {name} = {shown(one)}, but the box tilts by {box.tilt.tolist()} [length], along xy, xz, yz"
                 )
-        if shears or box.tilt.any():
-            for number, wall in enumerate(walls):
-                if wall.kind != "plane":
-                    raise SceneError(
-                        f"deformation: wall {number} ({wall.kind}) would have to be sheared with the box; only planes can "
-                        f"stand in one that is"
-                    )
+        for number, wall in enumerate(walls):
+            if wall.kind != "plane" and (shears or box.tilt.any()):
+                raise SceneError(
+                    f"deformation: wall {number} ({wall.kind}) would have to be sheared with the box; only planes can "
+                    f"stand in one that is"
+                )
+            if wall.kind == "mesh" and given:
+                name, _, one = given[0]
+                raise SceneError(
+                    f"deformation: {name} = {shown(one)}, but wall {number} (mesh) cannot be stretched with the box, and "
+                    f"would no longer fit its periods. Deform the box before add_wall(), or take a plane"
+                )
 
     def rates(self, sim):
         """Rates of the step that begins, (6,) [1/time]; 0 where there is none.

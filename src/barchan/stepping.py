@@ -7,6 +7,8 @@ import numpy as np
 from barchan.kernels.steps import OF_GHOSTS, Bodies, Planes, Rules, Then
 from barchan.report import ProgressLine
 from barchan.triggers import At, Every
+from barchan.walls import Mesh, Plane
+from barchan.walls.mesh import in_steps
 
 #: Grains times steps in one call: 40 to 80 ms, after which Python looks whether somebody wants to stop.
 MOST_WORK = 1_000_000
@@ -16,7 +18,8 @@ GRAINS_PER_MESSAGE = 1000
 
 
 def steps_ahead(sim, end):
-    """Number of steps, up to step ``end``, in which this rank does nothing but move grains and flat walls, and compute forces."""
+    """Number of steps, up to step ``end``, in which this rank does nothing but move grains, flat walls and meshes, and compute
+    forces."""
     if sim.staleness.also_when is not None:
         return 0
     steady = min((wall.steady_steps(sim.step_number) for wall in sim.walls), default=inf)
@@ -45,10 +48,11 @@ def advance(sim, most, loops, setting, forces, skin, walls_then, told):
         told: becomes what ``Progress`` reads, whatever interrupts this.
     """
     gravity, damping = forces
-    walls, grains, watch, frame = sim.walls, sim.grains, sim.staleness, setting.frame
+    grains, watch, frame = sim.grains, sim.staleness, setting.frame
+    flat, meshes = ([wall for wall in sim.walls if isinstance(wall, kind)] for kind in (Plane, Mesh))
     bodies = Bodies(*(grains.block(name, ghosts=name in OF_GHOSTS) for name in Bodies._fields))
     point, normal, velocity, omega = (
-        np.array([getattr(wall, name) for wall in walls]).reshape(-1, 3) for name in ("point", "normal", "velocity", "omega")
+        np.array([getattr(wall, name) for wall in flat]).reshape(-1, 3) for name in ("point", "normal", "velocity", "omega")
     )
     rules = Rules(
         np.uint32(setting.n_materials),
@@ -61,15 +65,20 @@ def advance(sim, most, loops, setting, forces, skin, walls_then, told):
         np.array(gravity),
         *map(float, damping),
         *(float(number) for number in (setting.dt, setting.allowed_overlap, setting.max_overlap)),
-        float(max((wall.speed for wall in walls), default=0.0)),
+        float(max((wall.speed for wall in sim.walls), default=0.0)),
         watch.allowed(skin),
         sim.faults.large_overlaps > 0,
     )
-    planes = Planes(point, normal, velocity, omega, sim.contacts.surface)
-    then = Then(sim.contacts.seen, np.array([place[0] for place in walls_then]).reshape(-1, 3))
+    planes = Planes(
+        np.array([wall.number for wall in flat], dtype=np.int64), point, normal, velocity, omega, sim.contacts.surface
+    )
+    then = Then(sim.contacts.seen, np.array([walls_then[wall.number][0] for wall in flat]).reshape(-1, 3))
+    triangles = in_steps(meshes, walls_then) if meshes else None
     begin = (most, float(sim.time), float(watch.approach))
     try:
-        sim.contacts.advance(loops, begin, bodies, (planes, then), rules, sim.ghosts.wire, told)
+        sim.contacts.advance(loops, begin, bodies, (planes, triangles, then), rules, sim.ghosts.wire, told)
     finally:
-        for wall, moved in zip(walls, point):
+        for wall, moved in zip(flat, point):
             wall.move_to(moved)
+        for wall, moved in zip(meshes, triangles.poses if meshes else ()):
+            wall.move_to(moved.copy(), setting.dt)

@@ -1,11 +1,12 @@
-"""Meshes: the same bits on any number of threads and ranks, at any time of rebuilds, across periodic faces and after a stop."""
+"""Meshes: the same bits in steps of Python and in compiled ones, on any number of threads and ranks, at any time of rebuilds,
+across periodic faces and after a stop."""
 
 import warnings
 from functools import lru_cache
 
 import numpy as np
 import pytest
-from meshed import meshed
+from meshed import PRESSED, meshed
 
 from barchan.checkpoint import collect, restore, save
 from barchan.compare import differences
@@ -38,6 +39,17 @@ def final_state(threads=1, rebuilds=None):
 @lru_cache
 def plain():
     return final_state()
+
+
+def test_steps_are_made_many_at_a_time_until_a_control_begins(monkeypatch):
+    """Those of the other tests are not: on several threads or virtual ranks, and when lists are made at given steps."""
+    sim, by_python, touched = meshed(threads=1), [], np.zeros(4, dtype=bool)
+    step = sim.step
+    monkeypatch.setattr(sim, "step", lambda begun=None: by_python.append(begun is None) or step(begun))
+    for _ in range(10):
+        quietly(sim, PRESSED // 10)
+        touched |= [wall.contacts > 0 for wall in sim.walls]
+    assert not any(by_python) and touched[:3].all(), "and the mesh at rest, that moves, and that turns are touched"
 
 
 def test_the_scene_has_what_it_is_for():

@@ -12,7 +12,7 @@ from lammps_peer import HEAD, run_lammps
 
 import barchan as bc
 from barchan.measure import contact_table
-from barchan.writers import ContactFrames, GrainFrames, LammpsDump
+from barchan.writers import ContactFrames, GrainFrames, LammpsDump, MeshFrames
 from barchan.writers.collect import contact_lines, grains_at_full_step
 
 #: Shared libraries of the system that the ovito wheel needs and does not bring along, as Debian's packages.
@@ -47,20 +47,29 @@ def written(tmp_path_factory):
     return folder, sim
 
 
-def read_by_vtk(path):
-    """(points, number of vertices, lines, point data, cell data, field data) as ``vtkHDFReader`` gives them."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
+def opened_by_vtk(path):
+    """What ``vtkHDFReader`` makes of a file."""
     from vtkmodules.vtkIOHDF import vtkHDFReader
 
     reader = vtkHDFReader()
     assert reader.CanReadFile(str(path))
     reader.SetFileName(str(path))
     reader.Update()
-    read = reader.GetOutput()
+    return reader.GetOutput()
 
-    def arrays(group):
-        return {group.GetArrayName(k): vtk_to_numpy(group.GetArray(k)).copy() for k in range(group.GetNumberOfArrays())}
 
+def arrays(group):
+    """Name -> array, of points, cells or fields."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    return {group.GetArrayName(k): vtk_to_numpy(group.GetArray(k)).copy() for k in range(group.GetNumberOfArrays())}
+
+
+def read_by_vtk(path):
+    """(points, number of vertices, lines, point data, cell data, field data) as ``vtkHDFReader`` gives them."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    read = opened_by_vtk(path)
     points = vtk_to_numpy(read.GetPoints().GetData()).copy() if read.GetNumberOfPoints() else np.zeros((0, 3))
     lines = np.split(vtk_to_numpy(read.GetLines().GetConnectivityArray()), vtk_to_numpy(read.GetLines().GetOffsetsArray())[1:-1])
     lines = np.array(lines if read.GetNumberOfLines() else [], dtype=np.int64).reshape(-1, 2)
@@ -94,6 +103,28 @@ def test_vtk_reads_contacts_as_lines(written):
     assert (cells["second"] < 0).any(), "at the floor"
     assert (points.min(axis=0)[:2] < sim.box.low[:2]).any() or (points.max(axis=0)[:2] > sim.box.high[:2]).any(), "across a face"
     assert now["time"].tolist() == [sim.time]
+
+
+def test_vtk_reads_meshes_as_triangles(tmp_path):
+    """A floor of two triangles, on which a grain lies, and a block, on which none does."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    material = bc.Material("a", density=1.0, kn=1e3, kt=1e2, friction=0.5)
+    sim = bc.Simulation(bc.Box((0, 0, 0), (6, 6, 6)), bc.laws.linear, material, dt=1e-3, threads=1)
+    floor = sim.add_wall(bc.Mesh([(0, 0, 1), (6, 0, 1), (0, 6, 1), (6, 6, 1)], [(0, 1, 2), (1, 3, 2)]))
+    block = sim.add_wall(bc.Mesh([(4, 4, 4), (5, 4, 4), (4, 5, 4), (4, 4, 5)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
+    sim.add_grains((2.0, 1.0, 1.49), 0.5)
+    sim.prepare()
+    MeshFrames(tmp_path, bc.Every(1)).write(sim)
+    read = opened_by_vtk(tmp_path / "meshes_000000000000.vtkhdf")
+    points, triangles = vtk_to_numpy(read.GetPoints().GetData()), vtk_to_numpy(read.GetPolys().GetConnectivityArray())
+    assert np.array_equal(points[triangles.reshape(-1, 3)], np.concatenate([floor.places, block.places]))
+    assert (read.GetNumberOfPolys(), read.GetNumberOfVerts(), read.GetNumberOfLines()) == (6, 0, 0)
+    cells = arrays(read.GetCellData())
+    assert cells["wall"].tolist() == [0, 0, 1, 1, 1, 1] and cells["triangle"].tolist() == [0, 1, 0, 1, 2, 3]
+    assert set(cells) == {"wall", "triangle", "force", "torque", "stress"} and (cells["force"][1:] == 0.0).all()
+    assert cells["force"][0].tolist() == floor.force.tolist() and cells["force"][0, 2] == pytest.approx(-10.0)
+    assert cells["stress"][0, 2] == pytest.approx(-10.0 / 18.0)
 
 
 def test_every_frame_of_the_series_opens_with_its_time(written):

@@ -353,6 +353,9 @@ def test_what_cannot_be_stretched_is_refused():
     sim.add_wall(bc.Mesh([(0.5, 0.5, 3.5), (1.5, 0.5, 3.5), (0.5, 1.5, 3.5)], [(0, 1, 2)]))
     with pytest.raises(SceneError, match=r"wall 0 \(mesh\) would have to be sheared with the box; only planes"):
         sim.run(1)
+    sim.deformation = bc.Deformation(x=-0.1)
+    with pytest.raises(SceneError, match=r"x = -0\.1, but wall 0 \(mesh\) cannot be stretched .* Deform the box before add_wall"):
+        sim.run(1)
 
 
 def test_shears_that_cannot_be_are_refused():

@@ -53,17 +53,35 @@ def test_first_start_compiles_within_a_minute_and_the_second_compiles_nothing(tm
 
 
 ANNOUNCED = """
+import sys
+from numba.core import event
 import barchan as bc
 from barchan.warmup import compile_law
-compile_law(bc.laws.linear, [bc.Material("m", density=1.0, kn=1e4, kt=3e3, friction=0.5)], print)
+sand, meshes = bc.Material("m", density=1.0, kn=1e4, kt=3e3, friction=0.5), sys.argv[1] == "meshes"
+compile_law(bc.laws.linear, [sand], print, meshes=meshes)
+class Listener(event.Listener):
+    def on_start(self, e): print("unannounced:", e.data["dispatcher"])
+    def on_end(self, e): pass
+event.register("numba:compile", Listener())
+sim = bc.Simulation(bc.Box((0, 0, 0), (9, 9, 9)), bc.laws.linear, sand, dt=1e-4, threads=1)
+sim.add_wall(bc.Plane((0, 0, 0), (0, 0, 1)))
+for omega in ((0, 0, 0), (0, 0, 1)) if meshes else ():
+    sim.add_wall(bc.Mesh([(1, 1, 1), (7, 1, 1), (1, 7, 1), (7, 7, 1)], [(0, 1, 2), (1, 3, 2)], omega=omega))
+sim.add_grains([(4, 4, 1.999), (5.999, 4, 1.999)], 1.0)
+sim.run(50)
+sim.staleness.also_when = lambda step: step % 3 == 0
+sim.run(10)
 """
 
 
 @pytest.mark.validate
-def test_the_announced_number_of_kernels_is_what_is_compiled(tmp_path):
+@pytest.mark.parametrize("kind", ["meshes", "none"])
+def test_all_kernels_are_announced_and_compiled_before_a_run(kind, tmp_path):
+    """As many as it says, and none is left for the run itself."""
     environment = dict(os.environ, BARCHAN_CACHE_DIR=str(tmp_path))
-    done = subprocess.run([sys.executable, "-c", ANNOUNCED], capture_output=True, text=True, env=environment, check=True)
+    done = subprocess.run([sys.executable, "-c", ANNOUNCED, kind], capture_output=True, text=True, env=environment, check=True)
     last = done.stdout.splitlines()[-1]
+    assert "unannounced" not in done.stdout, done.stdout
     count, most = re.search(r"\((\d+) of at most (\d+)\)", last).groups()
     assert count == most
 

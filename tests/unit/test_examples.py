@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib.image
 import numpy as np
 import pytest
 
@@ -30,6 +31,14 @@ def test_grains_on_a_chute_move_faster_towards_the_surface():
     lower, upper = speed[height < 2.5].mean(), speed[height > 4.0].mean()
     assert 0.0 < lower < upper
     assert np.isfinite(speed).all()
+
+
+def test_grains_in_a_hopper_of_triangles_resist_the_blade_that_stirs_them(tmp_path):
+    carried, torque = example("stirred_hopper")(duration=0.2, picture=tmp_path / "hopper.png")
+    assert carried == pytest.approx(1.0, abs=0.3) and torque < 0.0
+    picture = matplotlib.image.imread(tmp_path / "hopper.png")
+    grains, hopper = (np.ptp(picture[..., :3], axis=2) > 0.2).mean(), (np.ptp(picture[..., :3], axis=2) < 0.02).mean()
+    assert 0.05 < grains < 0.5 and hopper > 0.3, "both are seen"
 
 
 def test_sand_in_a_triaxial_cell_has_a_friction_angle():

@@ -341,18 +341,18 @@ def test_what_is_no_mesh_is_refused(make, message):
         make()
 
 
-@pytest.mark.parametrize(("factor", "ok"), [(5e-3, False), (0.05, True), (1.0, True), (4e7, False)])
+@pytest.mark.parametrize(("factor", "ok"), [(3.5e-3, False), (5e-3, True), (1.0, True), (4e7, False)])
 def test_a_mesh_is_of_a_size_that_grains_can_touch(factor, ok):
-    """Extents of 0.02, 0.2, 4 and 1.6e8 for grains of radius 1 in a box of 5 or 1e7."""
-    sim = simulation(bc.Box((0, 0, 0), (5, 5, 5)) if factor < 10.0 else bc.Box((0, 0, 0), (1e7, 1e7, 1e7)))
+    """Extents of 0.014, 0.02, 4 and 1.6e8 for grains of radius 0.5 in a box of 4 or 1e7."""
+    sim = simulation(bc.Box((0, 0, 0), (4, 4, 4)) if factor < 10.0 else bc.Box((0, 0, 0), (1e7, 1e7, 1e7)))
     sim.add_wall(bc.Mesh(np.multiply(CUBE[0] - 10.0, factor) + 2.5, CUBE[1]))
-    sim.add_grains([(1, 1, 1)], 1.0)
+    sim.add_grains([(1, 1, 1)], 0.5)
     sim.max_overlap = np.inf
     if ok:
         sim.run(1)
     else:
         with pytest.raises(
-            SceneError, match=r"wall 0 .mesh.: it extends over .* typical grain has a radius of 1: is its unit right"
+            SceneError, match=r"wall 0 .mesh.: it extends over .* typical grain has a radius of 0.5: is its unit right"
         ):
             sim.run(1)
 
@@ -371,6 +371,16 @@ def test_cracks_and_small_holes_are_told():
             bc.Mesh(*meshes.floor(kind))
         bc.Mesh(*meshes.tube(1.0, 100.0, 20, 30))
         bc.Mesh(*CUBE)
+
+
+def test_places_are_those_of_the_triangles_as_they_were_given():
+    """In their order, however they are sorted within; where the mesh is once it has moved and turned by half a turn."""
+    vertices, triangles = meshes.ball(2.0, 2)
+    mesh = bc.Mesh(vertices, triangles, velocity=(0.5, 0, 0), omega=(0, 0, np.pi))
+    for sign in (1, -1):
+        given = vertices[triangles].mean(axis=1) * (sign, sign, 1) + (0.0 if sign > 0 else 0.5, 0, 0)
+        np.testing.assert_allclose(mesh.places.mean(axis=1), given, rtol=0.0, atol=1e-12)
+        mesh.move(1.0)
 
 
 def test_vertices_that_meet_across_a_period_are_one():
@@ -436,3 +446,21 @@ def test_forces_on_triangles_are_told_one_by_one(monkeypatch):
         assert not forces[np.isfinite(expected).all(axis=1)].any()
         np.testing.assert_allclose(np.sort(forces[[2, 3], 2]), [-30.0, -20.0])
         assert sorted(forces[[10, 11], 0]) == pytest.approx([-30.0, 0.0])
+
+
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_the_time_step_has_to_suit_a_mesh_that_is_stiffer_than_the_grains(share):
+    """0.17 sqrt(m/k) with the stiffness of grain and mesh: in that step a grain bounces without loss, a longer one is refused."""
+    soft, hard = (bc.Material(name, density=1.0, kn=kn, kt=1.0, friction=0.0) for name, kn in (("soft", 1e2), ("hard", 1e6)))
+    sim = bc.Simulation(bc.Box((0, 0, -1), (6, 6, 6)), bc.laws.linear, [soft, hard], dt=1.0, threads=1)
+    sim.add_wall(bc.Mesh(*meshes.floor("two", 6.0), material="hard"))
+    sim.add_grains((3, 2, 0.6), 0.5, "soft", velocity=(0, 0, -1.0))
+    stiffness = sim.materials.table(bc.laws.linear)[list(bc.laws.linear.parameters).index("kn"), 1]
+    sim.dt = share * 0.17 * np.sqrt(sim.grains.mass[0] / stiffness)
+    if share > 1.0:
+        with pytest.raises(SceneError, match="above the stable time step"):
+            sim.run(1)
+    else:
+        for _ in range(int(0.6 / sim.dt)):
+            sim.run(1)
+        assert sim.grains.velocity[0, 2] == pytest.approx(1.0, rel=0.01) and stiffness > 1.9e2

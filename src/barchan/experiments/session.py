@@ -16,7 +16,7 @@ from barchan.parallel.guard import first_on_node, on_first_rank, told_as
 from barchan.report import ProgressLine
 from barchan.rundir import RunDirectory
 from barchan.triggers import Every
-from barchan.warmup import compile_law
+from barchan.warmup import compile_scene
 from barchan.writers import read_table
 
 
@@ -65,7 +65,7 @@ def resume(experiment, scene, path, manner, journal):
     try:
         journal.keep(directory.path / "log.txt")
         sim = experiment.build(scene, manner.threads, with_grains=False)
-        first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling, sim.bonds.kinds))
+        first_on_node(sim.comm, lambda: compile_scene(sim, journal.compiling))
         directory.sweep()
         found, complaints = directory.resume(sim)
         for complaint in complaints:
@@ -94,7 +94,7 @@ def resume(experiment, scene, path, manner, journal):
 def prepared(experiment, scene, threads, journal):
     """The simulation at its start, compiled and checked: nothing was written."""
     sim = experiment.build(scene, threads, with_grains=True)
-    first_on_node(sim.comm, lambda: compile_law(sim.law, sim.materials.list, journal.compiling, sim.bonds.kinds))
+    first_on_node(sim.comm, lambda: compile_scene(sim, journal.compiling))
     sim.prepare()
     return sim
 

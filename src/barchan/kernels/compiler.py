@@ -164,8 +164,8 @@ def default_threads(processes=1):
     return max(1, min(config.NUMBA_NUM_THREADS, allowed // (1 if bound else processes)))
 
 
-#: Kernels of a scene that starts with an empty cache, and those that only several ranks, and only bonds, need.
-_KERNELS, _OF_RANKS, _OF_BONDS = 41, 4, 5
+#: Kernels of a scene that starts with an empty cache, and those that only several ranks, bonds and meshes need.
+_KERNELS, _OF_RANKS, _OF_BONDS, _OF_MESHES = 42, 4, 5, 9
 
 
 class _Kernels(event.Listener):
@@ -186,9 +186,10 @@ class _Kernels(event.Listener):
 
 
 @contextmanager
-def announced(title, announce, several_ranks=False, bonds=False):
+def announced(title, announce, several_ranks=False, bonds=False, meshes=False):
     """While this lasts, ``announce`` is called with a line of text for each kernel that has to be compiled."""
-    listener = _Kernels(title, announce, _KERNELS + _OF_RANKS * several_ranks + _OF_BONDS * bonds)
+    most = _KERNELS + _OF_RANKS * several_ranks + _OF_BONDS * bonds + _OF_MESHES * meshes
+    listener = _Kernels(title, announce, most)
     event.register("numba:compile", listener)
     try:
         yield

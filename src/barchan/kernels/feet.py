@@ -9,7 +9,7 @@ one with each. Where a foot goes on to another patch, the memory of the contact 
 
 from math import inf, sqrt
 
-from barchan.kernels.compiler import kernel, piece, prange
+from barchan.kernels.compiler import kernel, on_one_thread, piece, prange
 from barchan.kernels.meshes import a_step_before, from_image, into, out_of, way_of
 from barchan.kernels.triangles import EDGE, FACE, VERTEX, beside_triangle, crosses, from_feature, nearest_of, outwards
 
@@ -239,3 +239,6 @@ def measure_mesh(grain, place, motion, begin, number, column, nearby, course, sh
                     surface[row, begin + c] = 0.0
                 surface[0, begin + c] = AWAY * place[i, 3]
                 surface[3, begin + c] = surface[6, begin + c] = 1.0
+
+
+measure_mesh_alone = on_one_thread(measure_mesh)

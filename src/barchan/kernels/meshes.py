@@ -1,6 +1,6 @@
 """How meshes move, and which of their triangles are near which grains."""
 
-from math import ceil, floor, inf, sqrt
+from math import ceil, cos, floor, inf, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -26,9 +26,9 @@ class Nearby(NamedTuple):
 
 
 class Course(NamedTuple):
-    """How a mesh moves. ``now``, ``half``, ``before`` (4, 3): its three axes and its point in this step, half a step and a step
-    before; ``drive`` (6,): velocity and angular velocity; ``turned``: how far its rotation took any of it in the last step at
-    most; ``dt``: that step; ``period``, ``half_period`` (3,) of the box: 0 and inf where it is not periodic."""
+    """How a mesh moves. ``now``, ``half``, ``before`` (4, 3): its three axes and its point in this step, the axes half a step
+    and both a step before; ``drive`` (6,): velocity and angular velocity; ``turned``: how far its rotation took any of it in the
+    last step at most; ``dt``: that step; ``period``, ``half_period`` (3,) of the box: 0 and inf where it is not periodic."""
 
     now: np.ndarray
     half: np.ndarray
@@ -58,6 +58,87 @@ def out_of(pose, x, y, z):
         x * pose[0, 1] + y * pose[1, 1] + z * pose[2, 1],
         x * pose[0, 2] + y * pose[1, 2] + z * pose[2, 2],
     )
+
+
+@piece
+def rotated(x, y, z, rx, ry, rz):
+    """A unit vector turned by a rotation vector (Rodrigues' formula), of length 1 again."""
+    angle = sqrt(rx * rx + ry * ry + rz * rz)
+    ax, ay, az = rx / angle, ry / angle, rz / angle
+    c, s, along = cos(angle), sin(angle), (1.0 - cos(angle)) * (ax * x + ay * y + az * z)
+    tx = c * x + s * (ay * z - az * y) + along * ax
+    ty = c * y + s * (az * x - ax * z) + along * ay
+    tz = c * z + s * (ax * y - ay * x) + along * az
+    norm = sqrt(tx * tx + ty * ty + tz * tz)
+    return tx / norm, ty / norm, tz / norm
+
+
+@piece
+def set_axes(pose, xx, xy, xz, yx, yy, yz):
+    """Three axes of two, the third across both."""
+    pose[0, 0], pose[0, 1], pose[0, 2] = xx, xy, xz
+    pose[1, 0], pose[1, 1], pose[1, 2] = yx, yy, yz
+    pose[2, 0], pose[2, 1], pose[2, 2] = xy * yz - xz * yy, xz * yx - xx * yz, xx * yy - xy * yx
+
+
+@piece
+def turn_axes(before, drive, dt, pose):
+    """Write axes that have turned for a time into ``pose``, at right angles again."""
+    rx, ry, rz = dt * drive[3], dt * drive[4], dt * drive[5]
+    xx, xy, xz = rotated(before[0, 0], before[0, 1], before[0, 2], rx, ry, rz)
+    yx, yy, yz = rotated(before[1, 0], before[1, 1], before[1, 2], rx, ry, rz)
+    along = xx * yx + xy * yy + xz * yz
+    yx, yy, yz = yx - along * xx, yy - along * xy, yz - along * xz
+    norm = sqrt(yx * yx + yy * yy + yz * yz)
+    set_axes(pose, xx, xy, xz, yx / norm, yy / norm, yz / norm)
+
+
+@kernel()
+def move_mesh(poses, drive, dt):
+    """Take a mesh to the next step. ``poses`` (3, 4, 3), as ``Course`` has them, are modified; ``drive`` (6,)."""
+    now, half, before = poses[0], poses[1], poses[2]
+    for row in range(4):
+        for c in range(3):
+            before[row, c] = half[row, c] = now[row, c]
+    for c in range(3):
+        now[3, c] = before[3, c] + dt * drive[c]
+    if drive[3] != 0.0 or drive[4] != 0.0 or drive[5] != 0.0:
+        turn_axes(before, drive, 0.5 * dt, half)
+        turn_axes(before, drive, dt, now)
+
+
+@piece
+def turned_along(corners, k, pose, then, c):
+    """How far a corner, (8, 3) from the point of its mesh, has come along an axis by rotation alone."""
+    way = 0.0
+    for row in range(3):
+        way += corners[k, row] * (pose[row, c] - then[row, c])
+    return way
+
+
+@kernel()
+def turned_by(poses, corners):
+    """How far the rotation of the last step took any of the ``corners`` of a box around a mesh."""
+    farthest = 0.0
+    for k in range(corners.shape[0]):
+        square = 0.0
+        for c in range(3):
+            square += turned_along(corners, k, poses[0], poses[2], c) ** 2
+        farthest = max(farthest, square)
+    return sqrt(farthest)
+
+
+@kernel()
+def travel_of_mesh(pose, then, corners, travel):
+    """Raise ``travel`` to how far ``corners`` have come since the mesh was ``then``, (4, 3): along each axis and against it, and
+    the square of the farthest."""
+    for k in range(corners.shape[0]):
+        square = 0.0
+        for c in range(3):
+            way = (pose[3, c] - then[3, c]) + turned_along(corners, k, pose, then, c)
+            square += way * way
+            travel[2 * c], travel[2 * c + 1] = max(travel[2 * c], way), max(travel[2 * c + 1], -way)
+        travel[6] = max(travel[6], square)
 
 
 @piece

@@ -54,15 +54,17 @@ class Rooms(NamedTuple):
 
 
 class Then(NamedTuple):
-    """Where grains, (4, ...) by coordinate, and walls, (walls, 3), were at the rebuild."""
+    """Where grains, (4, ...) by coordinate, and flat walls, (planes, 3), were at the rebuild."""
 
     seen: np.ndarray
     point: np.ndarray
 
 
 class Planes(NamedTuple):
-    """Flat walls that do not turn, (walls, 3) each, and the geometry of their contacts."""
+    """Flat walls that do not turn, (planes, 3) each, but ``number`` (planes,) among all walls; ``surface``: the geometry of the
+    contacts with all walls."""
 
+    number: np.ndarray
     point: np.ndarray
     normal: np.ndarray
     velocity: np.ndarray
@@ -128,11 +130,12 @@ barchan_wall_forces = on_one_thread(wall_forces)
 
 
 @kernel()
-def barchan_advance(most, time, approach, bodies, lists, history, out, planes, then, rooms, rules, wire, told):
+def barchan_advance(most, time, approach, bodies, lists, history, out, planes, meshes, then, rooms, rules, wire, told):
     """At most ``most`` steps; all arrays that a step writes are modified, and ``told`` becomes what ``Progress`` reads: written,
     not returned, since a signal that came meanwhile is raised before Python has taken what is returned. Ends before the forces
     of a step in which the list may be stale or a grain is bad, and after one with something to tell of; of several ranks all end
-    in the same step, of which they agree as it begins."""
+    in the same step, of which they agree as it begins. ``meshes`` is None where there are none: such scenes need not wait until
+    all of meshes is compiled."""
     place, motion, spin, force, torque = bodies.place, bodies.motion, bodies.spin, bodies.force, bodies.torque
     first, second, slot = lists.first, lists.second, lists.slot
     dt, n_owned, n_pairs = rules.dt, barchan_np.uint32(force.shape[0]), barchan_np.uint64(first.shape[0])
@@ -147,11 +150,15 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
         for w in range(planes.point.shape[0]):
             for axis in range(3):
                 planes.point[w, axis] += dt * planes.velocity[w, axis]
+        if meshes is not None:
+            barchan_move_meshes(meshes, dt)
         speed, ends = barchan_agree(wire, max(barchan_sqrt(fastest), rules.wall_speed), ends or bad != 0)
         nearer = approach + 2.0 * speed * dt
         if nearer > rules.skin:
             barchan_measure_travel(own_place, then.seen, planes.point, then.point, rules.length, rules.half, rules.tilt,
                                    wire.numbers)
+            if meshes is not None:
+                barchan_travel_of_meshes(meshes, wire.numbers)
             barchan_largest_of_all(wire)
             nearer = barchan_approach_after(wire.numbers)
         if ends or nearer > rules.skin:
@@ -173,8 +180,13 @@ def barchan_advance(most, time, approach, bodies, lists, history, out, planes, t
             touching, large, too_large = touching + more, large + large_more, too_large + too_large_more
         if lists.wall_grain.shape[0] > 0:
             for w in range(planes.point.shape[0]):
-                barchan_measure_plane(lists.wall_grain, place, lists.wall_begin[w], lists.wall_begin[w + 1], planes.point[w],
-                                    planes.normal[w], planes.normal[w], planes.velocity[w], planes.omega[w], planes.surface)
+                number = planes.number[w]
+                barchan_measure_plane(lists.wall_grain, place, lists.wall_begin[number], lists.wall_begin[number + 1],
+                                      planes.point[w], planes.normal[w], planes.normal[w], planes.velocity[w], planes.omega[w],
+                                      planes.surface)
+            if meshes is not None:
+                barchan_measure_meshes(meshes, dt, lists.wall_grain, place, motion, lists.wall_begin, barchan_np.int64(n_pairs),
+                                       barchan_np.int64(wall_column) + 1, slot, history, lists.changed, planes.surface)
             more, large_more, too_large_more = barchan_wall_forces(
                 lists.wall_grain, planes.surface, place, motion, spin, bodies.material, lists.wall_material, rules.n_materials,
                 rules.table, slot, history, out, lists.changed, rooms.fresh_at_walls, n_pairs, wall_column, dt,

@@ -43,6 +43,9 @@ from barchan.kernels.integrate import nearest_image as barchan_nearest_image
 from barchan.kernels.lanes import list_touching as barchan_list_touching
 from barchan.kernels.lanes import list_touching_aside as barchan_list_touching_aside
 from barchan.kernels.incidence import order_incidence_alone as barchan_order_incidence
+from barchan.kernels.mesh_steps import measure_meshes as barchan_measure_meshes
+from barchan.kernels.mesh_steps import move_meshes as barchan_move_meshes
+from barchan.kernels.mesh_steps import travel_of_meshes as barchan_travel_of_meshes
 from barchan.kernels.planes import measure_plane_alone as barchan_measure_plane
 from barchan.kernels.wire import agree as barchan_agree
 from barchan.kernels.wire import largest_of_all as barchan_largest_of_all

@@ -346,7 +346,7 @@ class Contacts:
         Args:
             loops: compiled ``Loops`` of the law.
             begin: largest number of steps, time, bound on the approach of surfaces since the rebuild.
-            bodies, walls, rules: as ``kernels.steps`` has them, walls as (planes, where all were then); modified.
+            bodies, walls, rules: as ``kernels.steps`` has them, walls as (planes, meshes, where all were then); modified.
             wire: to the other ranks.
             told: becomes what ``kernels.steps.Progress`` reads, whatever interrupts this.
         """

@@ -8,12 +8,13 @@ import numpy as np
 
 from barchan.domain import numbers
 from barchan.errors import SceneError
+from barchan.kernels.addresses import whereabouts
 from barchan.kernels.feet import measure_mesh
-from barchan.kernels.meshes import Course, Nearby, near_mesh
+from barchan.kernels.mesh_steps import Meshes
+from barchan.kernels.meshes import Course, Nearby, move_mesh, near_mesh, travel_of_mesh, turned_by
 from barchan.kernels.triangles import distances_mesh
 from barchan.walls.mesh_file import read_triangles
 from barchan.walls.triangulation import triangulation
-from barchan.walls.turning import turned
 from barchan.walls.wall import PUSH, Direction, Wall
 from barchan.words import shown
 
@@ -62,12 +63,12 @@ class Mesh(Wall):
     """
 
     __slots__ = (
-    "_axes", "_axis_x", "_axis_y", "_before", "_corners", "_dt", "_given", "_half", "_half_period", "_listed", "_made_of",
-    "_mesh", "_patch", "_period", "_rooms", "_slide", "_towards", "feature_angle", "inside",
+    "_axis_x", "_axis_y", "_corners", "_dt", "_given", "_half_period", "_listed", "_made_of", "_mesh", "_patch", "_period",
+    "_poses", "_rooms", "_slide", "_towards", "feature_angle", "inside",
     )  # fmt: skip
 
     kind, parts = "mesh", ("point", "axis_x", "axis_y", "velocity", "slide", "omega", "towards")
-    towards = _Towards("1")
+    towards, is_steady = _Towards("1"), True
 
     def __init__(
         self,
@@ -140,7 +141,7 @@ class Mesh(Wall):
         """The corners of its triangles where they are now, (t, 3, 3) [length]."""
         shape, order = self._mesh.shape, self._mesh.order
         places = np.empty((len(order), 3, 3))
-        places[order] = shape.vertices[shape.corners] @ self._axes + self._point
+        places[order] = shape.vertices[shape.corners] @ self._poses[0, :3] + self._point
         return places
 
     @property
@@ -208,20 +209,19 @@ class Mesh(Wall):
 
     def _come_to_rest(self):
         """Where it was a step before is not known."""
-        self._axes = _frame(self._axis_x, self._axis_y)
-        self._before, self._half, self._dt = self.place, self._axes, 0.0
+        axes = (self._axis_x, self._axis_y, np.cross(self._axis_x, self._axis_y))
+        self._poses, self._dt = np.broadcast_to((*axes, self._point), (3, 4, 3)).copy(), 0.0
 
     def move(self, dt):
         """Take the wall to the next step."""
-        self._before, self._dt = self.place, dt
-        self._point = self._point + dt * self._velocity
-        if self._omega.any():
-            x, y = self._axis_x, self._axis_y
-            self._half = _frame(*_turned(x, y, 0.5 * dt * self._omega))
-            self._axis_x, self._axis_y = _turned(x, y, dt * self._omega)
-            self._axes = _frame(self._axis_x, self._axis_y)
-        else:
-            self._half = self._before[1]
+        poses = self._poses.copy()
+        move_mesh(poses, self._drive, dt)
+        self.move_to(poses, dt)
+
+    def move_to(self, poses, dt):
+        """The same where it was computed elsewhere: ``poses`` (3, 4, 3), as ``Course`` has them."""
+        self._poses, self._dt = poses, dt
+        self._axis_x, self._axis_y, self._point = poses[0, 0].copy(), poses[0, 1].copy(), poses[0, 3].copy()
 
     def restore(self, state):
         """Take up what ``state`` returned, to the bit.
@@ -240,16 +240,14 @@ class Mesh(Wall):
 
     @property
     def place(self):
-        """Where it is, for ``travel``."""
-        return self._point.copy(), self._axes
+        """Where it is, for ``travel``: its axes and its point, (4, 3)."""
+        return self._poses[0].copy()
 
     def travel(self, then):
         """How far it has come since ``place`` was ``then``: along x, -x, y, -y, z, -z, and the largest [length]."""
-        point, axes = then
-        way = np.broadcast_to(self._point - point, (1, 3))
-        if axes is not self._axes:
-            way = way + self._corners @ (self._axes - axes)
-        return np.stack([way.max(axis=0), -way.min(axis=0)], axis=1).ravel(), sqrt(float((way**2).sum(axis=1).max()))
+        travel = np.full(7, -np.inf)
+        travel_of_mesh(self._poses[0], then, self._corners, travel)
+        return travel[:6], sqrt(float(travel[6]))
 
     def distance(self, position):
         """Distance of points (k, 3) from the wall [length], (k,): negative inside a closed one, or outside where grains are
@@ -257,13 +255,13 @@ class Mesh(Wall):
         nearest, one = np.full(len(position), np.inf), np.empty(len(position))
         periods = [(-period, 0.0, period) if period else (0.0,) for period in self._period.tolist()]
         for image in product(*periods):
-            distances_mesh((position - self._point + image) @ self._axes.T, self._mesh.shape, self._mesh.tree, one)
+            distances_mesh((position - self._point + image) @ self._poses[0, :3].T, self._mesh.shape, self._mesh.tree, one)
             nearest = np.where(np.abs(one) < np.abs(nearest), one, nearest)
         return nearest
 
     def candidates(self, grains, reach):
         """Owned rows that may touch the wall before the next rebuild, ascending, each once for every patch."""
-        corners = self._corners @ self._axes
+        corners = self._corners @ self._poses[0, :3]
         state = (grains.block("place"), grains.block("motion"), grains.block("frozen"), self._course(self._dt))
         where = (*state, np.stack([corners.min(axis=0), corners.max(axis=0)]), reach, self._mesh.shape, self._mesh.tree)
         counts, begin = np.empty(grains.n, dtype=np.int64), np.zeros(grains.n + 1, dtype=np.int64)
@@ -279,7 +277,7 @@ class Mesh(Wall):
         then, first = state[0][rows[group], :3], entry[group]
         if self._period.any():
             clear[(image != np.repeat(image[first], np.diff(np.append(first, len(row))), axis=0)).any(axis=1)] = -1.0
-        at = (then - self._point - image[first] * self._period) @ self._axes.T
+        at = (then - self._point - image[first] * self._period) @ self._poses[0, :3].T
         self._listed = Nearby(np.append(group, len(rows)), np.append(entry, len(row)), triangle, image, then, at, clear)
         count = len(rows)
         self._rooms = (np.empty(len(row)), np.empty((count, 4)), *(np.empty(n, dtype=np.int64) for n in ((count, 2), count)))
@@ -294,17 +292,20 @@ class Mesh(Wall):
         if begin < end:
             number, column, *memory = contacts.memory_at_walls(begin)
             what = (grains.block("place"), grains.block("motion"), begin, number, column, self._listed, self._course(dt))
-            cosine = cos(radians(self.feature_angle))
-            measure_mesh(contacts.wall_grain, *what, self._mesh.shape, cosine, *self._rooms, *memory, contacts.surface)
+            measure_mesh(contacts.wall_grain, *what, self._mesh.shape, self._cosine, *self._rooms, *memory, contacts.surface)
+
+    @property
+    def _cosine(self):
+        return cos(radians(self.feature_angle))
+
+    @property
+    def _drive(self):
+        return np.concatenate([self._velocity, self._omega])
 
     def _course(self, dt):
-        point, axes = self._before
-        turned_by = 0.0 if axes is self._axes else np.sqrt(((self._corners @ (self._axes - axes)) ** 2).sum(axis=1)).max()
-        poses = np.empty((3, 4, 3))
-        poses[0, :3], poses[1, :3], poses[2, :3] = self._axes, self._half if dt else self._axes, axes
-        poses[0, 3], poses[1, 3], poses[2, 3] = self._point, point, point
-        drive = np.concatenate([self._velocity, self._omega])
-        return Course(*poses, drive, float(turned_by), float(dt), self._period, self._half_period)
+        now, half, before = self._poses
+        moved = (now, half if dt else now, before)
+        return Course(*moved, self._drive, turned_by(self._poses, self._corners), float(dt), self._period, self._half_period)
 
 
 def _entries(count):
@@ -322,14 +323,22 @@ def _angle(angle):
     return number
 
 
-def _frame(x, y):
-    """Three axes, a row each, of two."""
-    (a, b, c), (p, q, r) = x.tolist(), y.tolist()
-    return np.array([(a, b, c), (p, q, r), (b * r - c * q, c * p - a * r, a * q - b * p)])
+def in_steps(meshes, walls_then):
+    """What steps that are made many at a time need of meshes, a ``Meshes``. They have to live on as long as it is used.
 
-
-def _turned(x, y, rotation):
-    """Two axes of a frame turned by a rotation vector, at right angles again."""
-    x, y = turned(x, rotation), turned(y, rotation)
-    y = y - (x @ y) * x
-    return x, y / sqrt(float(y @ y))
+    Args:
+        walls_then: of all walls by number, the ``place`` at the rebuild.
+    """
+    whole = [(*mesh._listed, *mesh._mesh.shape[:-1], *mesh._rooms) for mesh in meshes]
+    return Meshes(
+        np.array([mesh.number for mesh in meshes]),
+        np.array([mesh._poses for mesh in meshes]),
+        np.array([mesh._drive for mesh in meshes]),
+        np.array([mesh._corners for mesh in meshes]),
+        np.array([walls_then[mesh.number] for mesh in meshes]),
+        meshes[0]._period,
+        meshes[0]._half_period,
+        np.array([mesh._cosine for mesh in meshes]),
+        np.array([mesh._mesh.shape.solid for mesh in meshes]),
+        np.array([[whereabouts(array) for array in arrays] for arrays in whole]),
+    )

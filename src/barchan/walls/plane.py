@@ -1,6 +1,6 @@
 """A flat wall without end."""
 
-from math import inf, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -36,11 +36,10 @@ class Plane(Wall):
         self.normal, self._corners = normal, np.zeros((8, 3))
         self.settle()
 
-    def steady_steps(self, step):
-        """In how many steps from ``step`` on it only moves on as it does, so that compiled code can move it."""
-        if self._omega.any():
-            return 0
-        return inf if self._control is None else getattr(self._control, "start", 0) - step
+    @property
+    def is_steady(self):
+        """True unless it turns."""
+        return not self._omega.any()
 
     @property
     def speed(self):

@@ -4,7 +4,7 @@ A wall is geometry only; the laws of grains hold for it too. Its force, torque a
 force of the wall on the grains, which Marketos et al. (2013) and LAMMPS store, is the opposite.
 """
 
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -126,6 +126,9 @@ class Wall:
     #: True if it has ``push``, which controls of forces call.
     can_be_pushed = False
 
+    #: True if compiled code can move it, and knows its geometry, unless a control interferes.
+    is_steady = False
+
     point, velocity, omega = Vector("length"), Vector("length/time"), Vector("1/time")
 
     def __init__(self, point, material, velocity, omega):
@@ -194,7 +197,9 @@ class Wall:
 
     def steady_steps(self, step):
         """In how many steps from ``step`` on it only moves on as it does, so that compiled code can move it."""
-        return 0
+        if not self.is_steady:
+            return 0
+        return inf if self._control is None else getattr(self._control, "start", 0) - step
 
     def admit(self, loads, number, key):
         """Take it into a scene: it is wall ``number`` there, and ``key`` is the first of its keys."""
